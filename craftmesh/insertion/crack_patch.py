@@ -1,4 +1,4 @@
-"""The crack's facets: triangles between front and traces, fine enough for where the crack bends."""
+"""The crack's facets: triangles between front and traces, fine enough where the crack bends."""
 
 from dataclasses import replace
 
@@ -19,24 +19,25 @@ from craftmesh.surface.measure import area_vectors, meets_box, span_of
 from craftmesh.surface.patches import patches
 from craftmesh.types import Surface
 
-PARTINGS = 8  # rounds of smaller facets where the crack would meet a grain boundary beside its trace
-# No new point is nearer to those around it than the first share of the least length and the second of its
-# facet's longest edge.
+PARTINGS = 8  # most passes of splitting crack facets that meet a grain boundary next to their trace
+# Smallest distance of a new point from others, in smallest target lengths and in its facet's longest edges;
+# both must hold.
 SPACING, APART = 0.25, 0.2
-TIGHTEST = 0.12  # of the least length: the same where facets would meet a grain boundary
-CLEAR = 0.5  # of that distance: how far the point stays off fixed edges
-# Of a facet's longest edge: a corner of the given crack nearer to its new point gets the point, which saves
-# rough cracks a third of their facets.
+TIGHTEST = 0.12  # smallest distance where facets meet a grain boundary, in smallest target lengths
+CLEAR = 0.5  # smallest distance of a new point from fixed edges, in its smallest distance from points
+# Distance, in a facet's longest edges, within which its new point moves to a corner of the given crack.
+# This saves rough cracks a third of their facets.
 NEAR_CORNER = 0.35
-PARTS = 4  # of an edge: a facet's distance from the crack is looked at at the points of so fine a lattice
+PARTS = 4  # intervals per edge of the lattice on which a facet's distance from the crack is sampled
 
 
 def with_patch(
     cut: CutSurface, sheet: Sheet, front: FrontChain, traces: np.ndarray, least: float
 ) -> tuple[CutSurface, np.ndarray, np.ndarray]:
-    """Return the cut surface with the patch's points, its triangles (t, 3) and their fixed edges (t, 3).
+    """Return the cut surface with the patch's points, and the patch's triangles and fixed edges (t, 3).
 
-    least: the least target length. Raises CraftmeshError as triangulate does.
+    traces (k, 2): trace edges inside the front; least: smallest target length. Raise CraftmeshError as
+    triangulate does.
     """
     uv = np.concatenate([sheet.uv(cut.points), front.uv])
     points = np.concatenate([cut.points, sheet.lift(front.uv)])
@@ -71,10 +72,10 @@ def with_patch(
 
 
 class _Patch:
-    """A patch while it gets points: its triangulation in the plane, and what it has to follow.
+    """The crack's triangulation while points are added to it.
 
-    known (n, 3): the first points' places; least: the least target length; kept (k, 3): triangles that stay
-    as they are, by their points.
+    plane: the triangulation in (u, v); sheet: the crack. known (n, 3): positions of its first points;
+    least: smallest target length; kept (k, 3): triangles that must not change, by their points.
     """
 
     def __init__(
@@ -85,21 +86,22 @@ class _Patch:
 
     @property
     def places(self) -> np.ndarray:
-        """Where the points in use are (n, 3)."""
+        """Positions (n, 3) of the points in use."""
         added = self.plane.uv[len(self.known) : self.plane.used[0]]
         return np.concatenate([self.known, self.sheet.lift(added)])
 
     def split(self, walls: np.ndarray, corners: int) -> None:
-        """Split what has all of 2 or 3 corners on one wall (n, w), as `split_within_walls` does.
+        """Split edges (corners = 2) or triangles (3) whose corners all lie on one wall.
 
-        An edge between two points of the front would be an ear (craftmesh.surface.front). A triangle within
-        a plane of the box or a grain boundary would lie in that, or run through it.
+        walls (n, w): mask of points on walls. An edge between two front points would be an ear
+        (craftmesh.surface.front). A triangle in a box plane or grain boundary would coincide with it or
+        cross it.
         """
         self.plane = with_room(self.plane, 3 * int(self.plane.used[1]))
         planar.split_within_walls(self.plane, walls, corners)
 
     def insert(self, candidates: Candidates) -> int:
-        """Insert the candidates that keep their distances; return how many."""
+        """Insert the candidates that keep their distances; return their number."""
         self.plane = with_room(self.plane, len(candidates.uv))
         return int(planar.insert_spaced(self.plane, candidates, self._is_kept(len(self.plane.corners))))
 
@@ -110,9 +112,10 @@ class _Patch:
         return found
 
     def follow(self) -> None:
-        """Insert points until no facet of the patch is farther than OFF from the crack, if not too small.
+        """Insert points until no facet is farther than OFF from the crack, or facets become too small.
 
-        A point goes where its facet is farthest off, or onto a corner of the given crack next to that.
+        A point goes where its facet is farthest from the crack, or to a corner of the given crack next to
+        that.
         """
 
         corners = scipy.spatial.cKDTree(self.sheet.nodes)
@@ -134,7 +137,10 @@ class _Patch:
                 return
 
     def _look(self) -> None:
-        """Find how far the triangles that have changed are off, fixed edges apart, and where in (u, v)."""
+        """Update `off`, each changed triangle's largest distance from the crack, and `at`, where in (u, v).
+
+        Samples on fixed edges do not count.
+        """
         triangles = self.plane.triangles
         known = len(self.seen)
         changed = np.append(
@@ -159,7 +165,7 @@ class _Patch:
         self.seen = triangles.copy()
 
     def part(self, corners: np.ndarray, points_of: np.ndarray) -> bool:
-        """Insert points in the triangles that meet facets of the surface; return whether any was.
+        """Insert points in triangles that intersect facets of the surface; return whether any was inserted.
 
         corners (m, 3, 3): of the surface's facets; points_of (m, 3): the patch's points there, or -1.
         """
@@ -175,9 +181,9 @@ class _Patch:
         return bool(len(rows)) and self._divide(rows, TIGHTEST * self.least) > 0
 
     def _divide(self, rows: np.ndarray, least: float) -> int:
-        """Insert the middles of the longest free edges of the triangles `rows`; return how many were.
+        """Insert midpoints of the longest free edges of triangles `rows`; return how many were inserted.
 
-        least: the least distance from other points.
+        least: smallest distance from other points.
         """
         corner = self.plane.uv[self.plane.triangles[rows]]
         edge = np.roll(corner, -1, axis=1) - corner
@@ -191,7 +197,10 @@ class _Patch:
 
 
 def _walls(cut: CutSurface, nodes: np.ndarray, count: int) -> np.ndarray:
-    """Return (k, w) bool: which of the k nodes lie on each wall, a grain boundary, void or box plane."""
+    """Return a mask (k, w) of nodes (k,) on each wall: a grain boundary, void or box plane.
+
+    count: number of points that node ids may refer to.
+    """
     rows = np.flatnonzero((cut.psi[cut.facets] == 0).any(axis=1))
     near = Surface(cut.points, cut.facets[rows], cut.sides[rows], cut.kind[rows])
     patch = patches(near)
@@ -204,10 +213,10 @@ def _walls(cut: CutSurface, nodes: np.ndarray, count: int) -> np.ndarray:
 def labels_of_patch(
     points: np.ndarray, triangles: np.ndarray, fixed: np.ndarray, facets: np.ndarray, sides: np.ndarray
 ) -> np.ndarray:
-    """Return the label (t,) of each patch triangle (t, 3), by facets and sides (m, 2).
+    """Return the label (t,) of each patch triangle (t, 3), looked up in facets and sides (m, 2).
 
-    A region hangs together across edges that are not fixed (t, 3), and has the label that the centres of
-    most of its area have.
+    A region is connected across edges that are not fixed (t, 3). It has the label found at the centres of
+    most of its area.
     """
     _, of_corner, count = unique_edges(triangles)
     a, b = edge_sides(of_corner, count > 1)

@@ -1,4 +1,4 @@
-"""Cut the facets of a surface along a crack: edges are split, and all their facets with them."""
+"""Cut the facets of a surface along a crack: split edges that cross it, and all facets at these edges."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,9 +13,9 @@ from craftmesh.types import Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
 
-BEYOND = 0.4  # of the local size: facets whose traces end this near the front are cut too
-# Of the least length: trace edges and facets that are farther off the crack get a point on it; more costs
-# 0.5 % of its area. No edge is split into shorter ones.
+BEYOND = 0.4  # facets whose traces end this near the front, in local sizes, are cut too
+# OFF: largest distance of trace edges and facets from the crack; more costs 0.5 % of its area. SHORTEST:
+# shortest edge that a split may leave. Both in smallest target lengths.
 OFF, SHORTEST = 0.03, 0.15
 
 
@@ -23,10 +23,10 @@ OFF, SHORTEST = 0.03, 0.15
 class CutSurface:
     """A surface while a crack is being cut into it.
 
-    points (n, 3), facets (m, 3), sides (m, 2), kind (m,) as in Surface. psi (n,): offset from the
-    crack, exactly 0 on it, NaN far from it. phi (n,): distance inside (> 0) the front of points with
-    psi = 0, exactly 0 on the front, NaN elsewhere. size (n,): the edge length around each point
-    before the cut. front, arc (n,): number of the front and arc length of points with phi = 0.
+    points (n, 3), facets (m, 3), sides (m, 2), kind (m,) as in Surface. psi (n,): signed distance from the
+    crack, exactly 0 on it, NaN far from it. phi (n,): of points with psi = 0, distance from the front, > 0
+    inside, exactly 0 on it, NaN elsewhere. size (n,): mean edge length around each point before the cut.
+    front, arc (n,): front number and arc length of points with phi = 0.
     """
 
     points: np.ndarray
@@ -40,13 +40,13 @@ class CutSurface:
     arc: np.ndarray
 
     def on_front(self, number: int) -> np.ndarray:
-        """Return the points of one front in the order of their arc lengths."""
+        """Return the ids of the points on front `number`, sorted by arc length."""
         ids = np.flatnonzero(self.front == number)
         return ids[np.argsort(self.arc[ids], kind="stable")]
 
 
 def uncut(surface: Surface) -> CutSurface:
-    """Return a surface of which neither offsets from a crack nor sizes are known."""
+    """Return a surface without known distances from a crack and without sizes."""
     count = len(surface.points)
     psi, phi, size, arc = (np.full(count, np.nan) for _ in range(4))
     return CutSurface(
@@ -57,9 +57,10 @@ def uncut(surface: Surface) -> CutSurface:
 def split_edges(
     surface: CutSurface, edges: np.ndarray, new_points: np.ndarray, size: np.ndarray
 ) -> CutSurface:
-    """Split edges (k, 2), lower id first, each once, at new_points (k, 3); new ids follow the old ones.
+    """Split each edge (k, 2), lower id first, at its row of new_points (k, 3); new ids follow the old ones.
 
-    Every facet on a split edge is divided. The new points have psi = 0 and phi unknown.
+    Every facet at a split edge is subdivided. The new points have psi = 0, an unknown phi, and sizes `size`
+    (k,).
     """
     count = len(surface.points)
     points = np.concatenate([surface.points, new_points])
@@ -70,7 +71,7 @@ def split_edges(
 def _with_points(
     surface: CutSurface, points: np.ndarray, facets: np.ndarray, parent: np.ndarray, size: np.ndarray
 ) -> CutSurface:
-    """Return the surface with facets, each a part of its parent, and further points, on the crack."""
+    """Return the surface with new facets, each part of facet `parent`, and further points on the crack."""
     extra = len(points) - len(surface.points)
     unknown = np.full(extra, np.nan)
     return CutSurface(
@@ -87,7 +88,7 @@ def _with_points(
 
 
 def split_facet(surface: CutSurface, row: int, place: np.ndarray) -> CutSurface:
-    """Part one facet in three at a new point, place (1, 3), on the crack; its phi is unknown."""
+    """Split facet `row` into three at a new point on the crack, `place` (1, 3), whose phi is unknown."""
     new, (a, b, c) = len(surface.points), surface.facets[row]
     facets = surface.facets.copy()
     facets[row] = a, b, new
@@ -98,12 +99,12 @@ def split_facet(surface: CutSurface, row: int, place: np.ndarray) -> CutSurface:
 
 
 def flat_facets(cut: CutSurface) -> np.ndarray:
-    """Return rows of facets with all their corners on the crack."""
+    """Return the ids of facets with all corners on the crack."""
     return np.flatnonzero((cut.psi[cut.facets] == 0).all(axis=1))
 
 
 def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Split edges whose ends lie on opposite sides of the crack, in facets that reach its front."""
+    """Split edges whose ends lie on opposite sides of the crack, in facets that the crack reaches."""
     near = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).all(axis=1))
     edges, of_corner, _ = unique_edges(surface.facets[near])
     psi = surface.psi[edges]
@@ -131,7 +132,7 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def trace_edges(surface: CutSurface) -> np.ndarray:
-    """Return the edges (k, 2) of the facets with psi = 0 at both ends."""
+    """Return the edges (k, 2) of facets with both ends on the crack (psi = 0)."""
     on = surface.psi == 0
     rows = np.flatnonzero(on[surface.facets].sum(axis=1) >= 2)
     edges, _, _ = unique_edges(surface.facets[rows])
@@ -139,7 +140,7 @@ def trace_edges(surface: CutSurface) -> np.ndarray:
 
 
 def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Fill in phi of the points on the crack that have none yet."""
+    """Fill in phi at points on the crack that have none yet."""
     rows = np.flatnonzero((surface.psi == 0) & np.isnan(surface.phi))
     phi = surface.phi.copy()
     phi[rows] = sheet.rim.inside(sheet.uv(surface.points[rows]))
@@ -149,7 +150,7 @@ def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
 def feet_on_edges(
     surface: CutSurface, edges: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far edges (k, 2) are from places (k or 1, 3), and their points nearest to those."""
+    """Return the distances of edges (k, 2) from places (k or 1, 3), and the nearest points on the edges."""
     start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
     feet = start + along_segments(places, start, step)[:, None] * step
     return np.linalg.norm(places - feet, axis=1), feet

@@ -1,4 +1,4 @@
-"""The edges of the crack front on a cut surface, from pierce point to pierce point."""
+"""The edges of the crack front on a cut surface, from one pierce point to the next."""
 
 from dataclasses import dataclass, replace
 
@@ -11,19 +11,20 @@ from craftmesh.insertion.pierce import END, TOUCHING
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.measure import along_segments
 
-# A front edge spans at most this much of the front's turning: six edges go round a circle.
+# Largest angle by which the front turns along one edge, so that a circle has at least six edges.
 SHARPEST = np.radians(61.0)
-INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
-CHORDS = 16  # over those steps, by which the front's turning is measured
-# Of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius.
+INTERVALS = 256  # steps in which the target size is integrated between two pierce points
+CHORDS = 16  # chords over those steps, by which the front's turning is measured
+# Shortest front edge for the sake of FRONT_EDGES, in target sizes; enough for a radius of 0.8 target sizes.
 FINEST = 0.35
-# Of an edge, where it has to be within FRONT_EDGES of the front; between these it is as promised.
+# Positions along an edge, 0 to 1, where it must be within FRONT_EDGES of the front; in between it then is
+# within PROMISED.front.
 SHARES = np.arange(1, 8) / 8
 
 
 @dataclass(frozen=True, eq=False)
 class FrontChain:
-    """Front edges (k, 3): two ids and their interval between pierce points; uv (n, 2) of new ids."""
+    """Front edges (k, 3): two point ids and the interval between pierce points; uv (n, 2) of new points."""
 
     edges: np.ndarray
     uv: np.ndarray
@@ -32,10 +33,10 @@ class FrontChain:
 def chain(
     surface: CutSurface, sheet: Sheet, along: np.ndarray, target: SizeAt, crowd: np.ndarray
 ) -> FrontChain:
-    """Return the front's edges: pierce points in order with nodes at the target size between them.
+    """Return the front's edges: pierce points in order, and nodes at the target size between them.
 
-    along (k, 2): trace edges that are front edges. target(points) -> sizes. crowd: extra halvings of
-    each interval between pierce points, by position in the order of fronts and arcs.
+    along (k, 2): trace edges that are front edges. target(points) returns sizes. crowd (i,): number of
+    extra bisections per interval between pierce points, in the order of fronts and arcs.
     """
     taken = set(map(tuple, np.sort(along, axis=1).tolist()))
     edges: list[tuple[int, int, int]] = []
@@ -61,10 +62,9 @@ def chain(
 def _forced_nodes(
     surface: CutSurface, sheet: Sheet, front: int, along: np.ndarray, uv: list[np.ndarray]
 ) -> list[tuple[int, float]]:
-    """Return (id, arc length) of the nodes a front must have: pierce points, ends, corners.
+    """Return (id, arc length) of the nodes a front must have: pierce points, ends and corners.
 
-    New ones are added to `uv`. A corner that an edge of the front, along (k, 2), cuts off by no more than
-    it may is none.
+    New nodes are appended to `uv`. A corner is not needed where a front edge, along (k, 2), cuts it off.
     """
     curve = sheet.rim.curves[front]
     ids = surface.on_front(front)
@@ -84,7 +84,7 @@ def _forced_nodes(
 
 
 def _not_cut_off(sheet: Sheet, front: int, cut: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
-    """Return the corners of a front, by their arc lengths (k,), that no stretch of it has inside."""
+    """Return arc lengths (k,) of a front's corners that lie inside no stretch of `cut` (`stretches`)."""
     number, start, end = cut
     corners, ahead = sheet.rim.corners(front), sheet.rim.corners_ahead(front)[:, None]
     inside = ((start < ahead) & (ahead < end) & (number == front)).any(axis=1)
@@ -92,14 +92,17 @@ def _not_cut_off(sheet: Sheet, front: int, cut: tuple[np.ndarray, np.ndarray, np
 
 
 def _apart(sheet: Sheet, front: int, wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
-    """Return those of the wanted arc lengths along a front that no known one is near."""
+    """Return those `wanted` arc lengths along a front that are farther than `near` from all known ones."""
     return wanted[sheet.rim.gaps(front, wanted, known).min(axis=1, initial=np.inf) > near].tolist()
 
 
 def stretches(
     surface: CutSurface, sheet: Sheet, chords: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the front (k,) of edges between neighbouring front points, and the arcs of their ends."""
+    """Return front numbers (k,) of chords (k, 2) between neighbouring front points, and their ends' arcs.
+
+    Start and end arcs (k,) are ascending; on a closed front the end may exceed the front's length.
+    """
     front = surface.front[chords[:, 0]]
     start, end = np.sort(surface.arc[chords], axis=1).T
     period = np.array([sheet.rim.period(number) for number in range(len(sheet.rim.curves))])[front]
@@ -110,9 +113,10 @@ def stretches(
 def _spread(
     sheet: Sheet, front: int, ends: tuple[float, float], target: SizeAt, halvings: int
 ) -> np.ndarray:
-    """Return arc lengths between the ends, even in units of the target size, closer where the front bends.
+    """Return arc lengths between the ends, spaced at the target size and closer where the front bends.
 
-    Edges turn by at most SHARPEST. Turning is seen between chords; half a chord at each end shows none.
+    Edges turn by at most SHARPEST. The turning is measured between chords, which miss half a chord at each
+    end. Each of the `halvings` doubles the number of edges.
     """
     samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
     places = sheet.lift(sheet.rim.curves[front].at(samples))
@@ -132,12 +136,12 @@ def _spread(
 
 
 def _summed(density: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return the integral (n,) of the density (n,) from the first sample to each."""
+    """Return the integral (n,) of a density (n,) from the first sample to each sample."""
     return np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
 
 
 def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Return by what factor (n,) edges around the arc lengths are to be shorter to stay at the front."""
+    """Return factors (n,) >= 1 by which edges at arc lengths `samples` must be shorter for FRONT_EDGES."""
     low = np.maximum(samples - size / 2, samples[0])
     high = np.minimum(samples + size / 2, samples[-1])
     off = sagitta(sheet, front, low, high)
@@ -145,14 +149,14 @@ def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) ->
 
 
 def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool:
-    """Tell whether the edges between the arc lengths stay within FRONT_EDGES of the front."""
+    """Return whether the edges between the arc lengths stay within FRONT_EDGES of the front."""
     off = sagitta(sheet, front, arcs[:-1], arcs[1:])
     middle = sheet.lift(sheet.rim.curves[front].at((arcs[:-1] + arcs[1:]) / 2))
     return bool((off <= FRONT_EDGES * target(middle)).all())
 
 
 def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return how far (n,) the front is from its chords between the arc lengths start and end (n,)."""
+    """Return the largest distance (n,) of the front from its chords between arc lengths start and end."""
     a, b = (sheet.lift(sheet.rim.curves[front].at(arc)) for arc in (start, end))
     most = np.zeros(len(start))
     for share in SHARES:
@@ -163,7 +167,7 @@ def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.
 
 
 def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """Return the intervals whose front edges cross a trace edge in (u, v).
+    """Return the intervals (see FrontChain) whose front edges cross a trace edge in (u, v).
 
     edges (k, 3) as in FrontChain; traces (j, 2); uv (n, 2) of all points.
     """
@@ -176,7 +180,7 @@ def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarr
 
 
 def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarray:
-    """Return which of the points `rows` (k,) have trace edges that cross others in (u, v)."""
+    """Return the ids among `rows` (k,) of points whose trace edges cross other trace edges in (u, v)."""
     traces = trace_edges(surface)
     among = np.isin(traces, rows)
     mine = np.column_stack([traces, np.where(among[:, 1], traces[:, 1], traces[:, 0])])[among.any(axis=1)]
@@ -184,10 +188,10 @@ def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarr
 
 
 def without_loose_ends(front: FrontChain, traces: np.ndarray) -> FrontChain:
-    """Return the front without the edges that lead from its first and last trace (k, 2) to no other.
+    """Return the front without edges that lead from its first or last trace (k, 2) to no other one.
 
-    An open front ends on the box. Where the body does not reach the box there is no trace to end on: the
-    stretch from the last trace on is in no grain and bounds no part of the crack.
+    An open front ends on the box. If the body does not reach the box, there is no trace at that end: the
+    front beyond its last trace lies in no grain and bounds no part of the crack.
     """
     edges = front.edges
     while len(edges):

@@ -1,4 +1,4 @@
-"""Moves of a surface's points onto a crack that leave it sound, within bounds of `surface/guarded_move`."""
+"""Moves of a surface's points onto a crack, within the bounds of `surface/guarded_move`."""
 
 from dataclasses import replace
 
@@ -13,7 +13,10 @@ from craftmesh.types import Surface
 def move_onto(
     surface: CutSurface, rows: np.ndarray, targets: np.ndarray, bounds: MoveBounds
 ) -> tuple[CutSurface, np.ndarray]:
-    """Return the surface with points `rows` (k,) moved to `targets` (k, 3), and the rows that could."""
+    """Return the surface with points `rows` (k,) moved to `targets` (k, 3), and the ids that were moved.
+
+    A move that would break the bounds is not made.
+    """
     with np.errstate(invalid="ignore"):
         near = np.abs(surface.psi) <= 2 * np.nanmax(surface.size)
     near[rows] = True
@@ -28,9 +31,10 @@ def move_onto(
 def settled(
     surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
 ) -> tuple[CutSurface, np.ndarray]:
-    """Return the surface with the points `rows` at `targets` (k, 3), and the rows left behind.
+    """Return the surface with points `rows` moved to `targets` (k, 3), and the ids that could not move.
 
-    Where the usual bounds refuse that, flat facets may become flatter and turn farther.
+    Moves that the usual bounds forbid are tried again with SETTLING, which allows flatter facets and larger
+    turns.
     """
     for bounds in (options.bounds, SETTLING):
         surface, moved = move_onto(surface, rows, targets, bounds)

@@ -1,4 +1,4 @@
-"""Cracks that lie in grain boundaries, made of their facets: these are parted at the front and named."""
+"""Cracks along grain boundaries that consist of the surface's facets: split at the front and marked."""
 
 import numpy as np
 import scipy
@@ -12,11 +12,11 @@ from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 
 def inlaid(surface: Surface, crack: Crack) -> Surface | None:
-    """Return the surface with a crack in it that consists of its own facets; None where it does not.
+    """Return the surface with its facets marked as the crack; None if the crack is not made of them.
 
-    That is a crack with points that are the surface's, and every other one exactly on an edge, no two on
-    one: `crack_in_boundaries` makes it. Edges are parted at these points, and nothing is moved. Raises
-    CraftmeshError where triangles of it are no facets then: it is another surface's.
+    Such a crack, made by `crack_in_boundaries`, has points of the surface; every other point lies exactly
+    on an edge, at most one per edge. Edges are split at these points, and nothing moves. Raise
+    CraftmeshError if a triangle then is no facet, as in a crack of another surface.
     """
     points, triangles, _ = compact(crack.points, crack.triangles)
     reach = np.stack([points.min(axis=0), points.max(axis=0)])
@@ -37,13 +37,13 @@ def inlaid(surface: Surface, crack: Crack) -> Surface | None:
 
 
 def _known(places: np.ndarray, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return which of the points `rows` each of the places (k, 3) is, to the last bit; -1 for none."""
+    """Return the ids among `rows` of the points that equal the places (k, 3) exactly, -1 for none."""
     ids = {tuple(place): row for row, place in zip(rows.tolist(), points[rows].tolist())}
     return np.array([ids.get(tuple(place), -1) for place in places.tolist()], np.int64)
 
 
 def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the edge (k,) that each of the places (k, 3) lies on; -1 for none."""
+    """Return the edge (k,) on which each of the places (k, 3) lies, -1 for none."""
     start, step = points[edges[:, 0]], points[edges[:, 1]] - points[edges[:, 0]]
     length = np.linalg.norm(step, axis=1)
     near = scipy.spatial.cKDTree(start + step / 2).query_ball_point(
@@ -60,14 +60,14 @@ def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.n
 
 
 def _named(cut: CutSurface, triangles: np.ndarray) -> Surface:
-    """Return the surface whose facets that are one of `triangles` (m, 3) are the crack's, turned alike."""
+    """Return the surface with facets that equal `triangles` (m, 3) marked as crack, oriented like these."""
     facets, sides, kind = cut.facets.astype(np.int64), cut.sides.copy(), cut.kind.copy()
     rows = rows_among(triangles, facets)
     if (rows < 0).any():
         place = told(cut.points[triangles[rows < 0][0]].mean(axis=0))
         raise CraftmeshError(
-            f"the crack's facet near {place} is none of the surface's; expected a crack in the boundaries "
-            "of this surface: make it again from it"
+            f"the crack's facet near {place} is not a facet of the surface; make the crack again from the "
+            "grain boundaries of this surface"
         )
     first = (facets[rows] == triangles[:, :1]).argmax(axis=1)
     second = facets[rows, (first + 1) % 3]

@@ -1,4 +1,4 @@
-"""Insert a crack into a conformal surface: cut along the crack, triangulate it, name its grains."""
+"""Insert a crack into a conformal surface: cut along it, triangulate it, find its grains."""
 
 from collections.abc import Callable
 
@@ -36,8 +36,8 @@ from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
-HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
-# Numbers of the report that add up over the parts of a crack.
+HALVINGS = 10  # most bisections of the edges between two pierce points, until the front crosses no trace
+# Numbers of the report that are summed over the parts of a crack.
 COUNTED = (
     "crack_facets_outside_material",
     "crack_facets_on_grain_boundaries",
@@ -54,17 +54,16 @@ def insert_crack(
     options: InsertOptions | None = None,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with the crack's facets in it (kind CRACK), conformal with the grain boundaries.
+    """Return the surface with the crack's facets (kind CRACK), conformal at grain boundaries, and a report.
 
-    surface: any that `check_surface` finds nothing in, ours or made by `Surface.of_facets`; the body need
-    not fill its box. crack: of any maker, in that box (`crack_from_triangles`); what lies outside the body
-    is left out, and several sheets go in one after another. sizing.at(points) gives the lengths of front
-    edges; None: the surface's median edge length. Crack facets are as large as the crack allows, the
-    gradation sizes them. Grain boundaries keep their shape but for points snapped onto the crack
-    (options.snap).
-    Raises CraftmeshError for grains that are open or inside out, and where the crack meets no grain, its
-    traces cannot be triangulated, or its facets would meet others, as where a curved crack runs along a
-    plane of the box.
+    surface: one that passes `check_surface`, from craftmesh or from `Surface.of_facets`; the body need not
+    fill its box. crack: from any source, in the same box (`crack_from_triangles`). Its parts outside the
+    body are dropped, and several surfaces are inserted one after another. sizing.at(points) returns target
+    lengths of front edges; None: the surface's median edge length. Crack facets are as large as the crack's
+    shape allows; the gradation refines them. Grain boundaries keep their shape except at points that move
+    onto the crack (options.snap). Raise CraftmeshError if grains are open or inside out, if the crack meets
+    no grain, if its traces cannot be triangulated, or if its facets would intersect others, as those of a
+    curved crack along a box plane.
     """
     refuse_open(surface)
     options = options or InsertOptions()
@@ -94,7 +93,7 @@ def insert_crack(
 
 
 def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
-    """Return the numbers of all sheets: areas and counts of the last, which has all, others summed up."""
+    """Return the report of all parts: the last one's areas and counts, which cover all; sums and maxima."""
     total = dict(reports[-1])
     for name in COUNTED:
         total[name] = sum(numbers[name] for numbers in reports)
@@ -106,9 +105,9 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
 def _as_one(
     surface: Surface, fronts: Fronts, least: float, last: dict[str, int | float]
 ) -> dict[str, int | float]:
-    """Return the last part's numbers for all of a sheet whose parts are in the surface.
+    """Return the last part's report for the whole crack surface, all of whose parts are inserted.
 
-    Raises CraftmeshError where its front is far off the given ones.
+    Raise CraftmeshError if its front is far from the given fronts.
     """
     off = misfit_of_fronts(surface, fronts, least)
     refuse_gross(off)
@@ -123,7 +122,7 @@ def _with_part(
     options: InsertOptions,
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with a part of a crack in it."""
+    """Return the surface with one part of a crack inserted, and its report."""
     sheet, least = sheet_of(given.crack, surface.box, given.held), given.least
     best = soundest(
         prepared(surface, sheet),
@@ -145,7 +144,7 @@ def _inserted(
     options: InsertOptions,
     progress: Callable[[float, str], None],
 ) -> Inserted:
-    """Return the surface with the crack in it; its facets may meet others."""
+    """Return the surface with the crack inserted; its facets may still intersect others."""
     progress(0.0, "cut")
     cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least)
     cut = with_phi(cut_along(cut, sheet), sheet)
@@ -168,7 +167,7 @@ def _inserted(
 
 
 def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:
-    """Return the wished lengths: those of a sizing, or else the surface's median edge length."""
+    """Return target lengths as a function of points: the sizing's, or the surface's median edge length."""
     if sizing is None:
         uniform = float(np.median(local_sizes(surface)[0]))
         return lambda points: np.full(len(points), uniform)
@@ -176,7 +175,7 @@ def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:
 
 
 def _ends(sheet: Crack, box: np.ndarray) -> np.ndarray:
-    """Return the points (n, 3) of a sheet's fronts; without any those in the box, or all where none is."""
+    """Return the points (n, 3) of a crack's fronts; without fronts its points in the box, or else all."""
     if sheet.fronts:
         ends: np.ndarray = sheet.points[np.concatenate(sheet.fronts)]
         return ends
@@ -185,9 +184,10 @@ def _ends(sheet: Crack, box: np.ndarray) -> np.ndarray:
 
 
 def least_length(ends: np.ndarray, target: SizeAt, sizing: Lengths | None) -> float:
-    """Return of what length a crack may be off in shares: l_min, or the least target at its ends (n, 3).
+    """Return the length that a crack's tolerances refer to: l_min, or the smallest target at `ends` (n, 3).
 
-    The targets of a `Sizing` may be far longer at a crack whose front lies outside the box.
+    l_min is used because the targets of a `Sizing` may be far longer if the crack's front lies outside the
+    box.
     """
     return sizing.l_min if isinstance(sizing, Sizing) else float(target(ends).min())
 
@@ -195,7 +195,7 @@ def least_length(ends: np.ndarray, target: SizeAt, sizing: Lengths | None) -> fl
 def _front_and_traces(
     cut: CutSurface, sheet: Sheet, along: np.ndarray, target: SizeAt
 ) -> tuple[FrontChain, np.ndarray]:
-    """Return the front chain, refined where its chords would cross a trace, and the traces inside it."""
+    """Return the front chain, refined until its edges cross no trace, and the traces (k, 2) inside it."""
     traces, _ = inside_traces(cut)
     crowd = np.zeros(0, np.int64)
     for _ in range(HALVINGS):
@@ -208,16 +208,16 @@ def _front_and_traces(
         crowd[bad] += 1
     position = uv[front.edges[front.edges[:, 2] == bad[0]][0, 0]]
     raise CraftmeshError(
-        f"the crack front near {told(sheet.lift(position[None])[0])} runs along a grain boundary too "
-        "closely to be meshed; move the crack a little"
+        f"the crack front near {told(sheet.lift(position[None])[0])} runs too close along a grain boundary "
+        "to be meshed; move the crack a little"
     )
 
 
 def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.ndarray) -> Inserted:
-    """Return the surface with the crack facets named.
+    """Return the surface with the crack facets added and marked.
 
-    Facets of grain boundaries that lie on the crack become crack facets; on those of voids and of the box
-    there is none, they are free already.
+    Facets of grain boundaries that lie on the crack become crack facets. Facets of voids and of the box
+    that lie on it stay, because they are free already.
     """
     kind, sides, facets = cut.kind.copy(), cut.sides.copy(), cut.facets.copy()
     flat = flat_facets(cut)
@@ -235,9 +235,7 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
     label = labels_of_patch(cut.points, triangles, fixed, cut.facets, cut.sides)
     keep = (label > 0) & ~covered
     if not keep.any() and not len(flat):
-        raise CraftmeshError(
-            "no material there: the crack lies in no grain; expected a crack within the material: move it"
-        )
+        raise CraftmeshError("the crack lies in no grain; move it into the material")
     facets = np.concatenate([facets, triangles[keep].astype(np.int32)])
     sides = np.concatenate([sides, np.stack([label[keep]] * 2, axis=1)])
     kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])
@@ -251,7 +249,7 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
 
 
 def numbers_of(surface: Surface, dropped: int) -> dict[str, int | float]:
-    """Return the numbers of the report; dropped: crack facets outside the material."""
+    """Return the numbers of the report; dropped: number of crack facets outside the material."""
     crack = surface.kind == CRACK
     area = total_area(surface.points, surface.facets[crack])
     return {

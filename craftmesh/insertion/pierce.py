@@ -1,4 +1,4 @@
-"""The points of a cut surface on the crack front: where its traces meet it, and what moves onto it."""
+"""The points of a cut surface on the crack front: where traces meet it, and points moved onto it."""
 
 from dataclasses import replace
 
@@ -24,18 +24,17 @@ from craftmesh.surface.classification import AT_JUNCTION, ON_LINE
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
-# Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
-ROUNDS = 12  # of splitting, each at the first crossing of every trace edge: no edge may have more
-TOUCHING = 1e-3  # of the local size: nearer than this, a trace point, crossing or corner is on the front
+# All chosen by hand. TOUCHING and END bound how far a node may be from the given front and its end.
+ROUNDS = 12  # most crossings of a trace edge with the front; each pass splits edges at their first one
+TOUCHING = 1e-3  # distance, in local sizes, below which a trace point, crossing or corner is on the front
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
-END = 0.3  # of the size: a pierce point this near the end of a front is its end
+END = 0.3  # distance, in local sizes, below which a pierce point is the end of a front
 
 
 def at_corners(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Return the surface with front points at corners of fronts in facets that lie in the crack.
+    """Return the surface with front points added at front corners in facets that lie in the crack.
 
-    Without them edges of those facets go round a corner on and on: each that is split where it crosses the
-    front leaves another that does.
+    Without them, edges of such facets would cross the front near a corner again after each split.
     """
     for front in range(len(sheet.rim.curves)):
         for corner in sheet.rim.curves[front].at(sheet.rim.corners(front)):
@@ -66,11 +65,11 @@ def _at_corner(surface: CutSurface, sheet: Sheet, corner: np.ndarray) -> CutSurf
 
 
 def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Split trace edges where they meet the front; the new points have phi = 0, front number and arc."""
+    """Split trace edges where they meet the front; new points have phi = 0, a front number and an arc."""
     for _ in range(ROUNDS):
         surface = _touch(with_phi(surface, sheet), sheet)
         edges = trace_edges(surface)
-        # those long enough to reach the front from both their ends
+        # only edges long enough to reach the front from both ends
         reach = np.abs(surface.phi[edges]).sum(axis=1)
         edges = edges[reach <= (1 + SAME_PLACE) * edge_lengths(surface.points, edges)]
         row, fraction = _first_crossing(surface, sheet, edges)
@@ -83,9 +82,9 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Count trace points that nearly touch the front as on it, and those at the mouth as inside.
+    """Mark trace points within TOUCHING of the front as on it, and such points at the mouth as inside.
 
-    Those that touch what was pushed out of the box just past the end of a front are at that end.
+    A point that touches the pushed-out part of the rim just past the end of a front counts as that end.
     """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
@@ -100,14 +99,14 @@ def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _is_end(sheet: Sheet, front: np.ndarray, arc: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Tell which arc lengths (k,) on fronts (k,), -1 for none, are within `near` (k,) of an end."""
+    """Return a mask (k,) of arc lengths within `near` (k,) of an end of their front (k,); -1: no front."""
     open_to = np.array([np.inf if curve.closed else curve.length for curve in sheet.rim.curves])
     length = np.append(open_to, np.inf)[front]
     return np.isfinite(length) & (np.minimum(arc, length - arc) <= near)
 
 
 def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> CutSurface:
-    """Return the surface with the points `rows` (k,) counted as on the nearest front; none is moved."""
+    """Return the surface with points `rows` (k,) marked as on the nearest front, without moving them."""
     _, number, along = sheet.rim.nearest_front(sheet.uv(surface.points[rows]))
     phi, front, arc = surface.phi.copy(), surface.front.copy(), surface.arc.copy()
     phi[rows], front[rows], arc[rows] = 0.0, number, along
@@ -115,15 +114,15 @@ def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> Cu
 
 
 def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of edges that cross the front and the fraction of the edge of the first crossing."""
+    """Return the rows of edges that cross the front, and the position (0 to 1) of each first crossing."""
     if not len(edges):
         return np.zeros(0, np.int64), np.zeros(0)
     at_end = _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)[edges]
     row, fraction, at = _rim_crossings(surface, sheet, edges, at_end)
     size = surface.size[edges[row, 0]]
     off = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1)
-    # where an edge meets the front or starts at its end, or runs past the crack from end to end, what it
-    # meets past the end is no front
+    # What lies beyond the front's end is no front for an edge that meets the front or starts at its end, or
+    # whose ends both lie outside the crack.
     meets = np.isin(row, row[off <= TOUCHING * size]) | at_end[row].any(axis=1)
     meets |= (surface.phi[edges[row]] < 0).all(axis=1)
     on_front = off <= np.where(meets, TOUCHING, _end_reach(sheet)) * size
@@ -137,9 +136,9 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tup
 
 
 def _end_reach(sheet: Sheet) -> float:
-    """Return how far, of the local size, a trace may pass the end of a front that it ends at.
+    """Return the distance, in local sizes, at which a trace may pass the end of a front that it ends at.
 
-    The trace of a curved sheet on the box is a chord of the mouth, so it may do so at a distance.
+    On the box the trace of a curved crack is a chord of the mouth, so it may pass at a distance.
     """
     return TOUCHING if sheet.planar else END
 
@@ -147,10 +146,10 @@ def _end_reach(sheet: Sheet) -> float:
 def _past_front_ends(
     surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of edges that leave the crack past an end of its front, and the fractions there.
+    """Return the rows of edges that leave the crack past an end of its front, and positions (0 to 1) there.
 
-    Such an edge on the box is a chord of the mouth: past the end of the front it leaves through what was
-    pushed out of the box.
+    Such an edge on the box is a chord of the mouth: past the end of the front it leaves through the part of
+    the domain that was pushed out of the box.
     """
     ends = [curve.points[[0, -1]] for curve in sheet.rim.curves if not curve.closed]
     leaving = np.prod(np.sign(surface.phi[edges]), axis=1) < 0
@@ -170,11 +169,11 @@ def _past_front_ends(
 def _rim_crossings(
     surface: CutSurface, sheet: Sheet, edges: np.ndarray, at_end: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where edges cross the rim: their rows, the fraction along each, and the place in (u, v).
+    """Return where edges cross the rim: their rows, positions (0 to 1) along them, and places in (u, v).
 
-    Crossings at an end of the edge are left out, and those of edges between two front points that graze it.
-    at_end (k, 2): whether its points count as the end of a front, where the edge crosses it once, though
-    end and crossing lie apart.
+    Crossings at an end of the edge are dropped, and grazing ones of edges between two front points. at_end
+    (k, 2): mask of edge ends that count as the end of a front; a crossing near it is that end, not a second
+    crossing.
     """
     start, end = sheet.uv(surface.points[edges[:, 0]]), sheet.uv(surface.points[edges[:, 1]])
     row, segment = sheet.rim.tree.query(shapely.linestrings(np.stack([start, end], axis=1)), "intersects")
@@ -196,9 +195,9 @@ def _rim_crossings(
 
 
 def _at_same_end(surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossings: np.ndarray) -> np.ndarray:
-    """Tell which points of edges (k, 2) are the front's end that is nearest to their crossing (k, 2).
+    """Return a mask (k, 2) of ends of edges (k, 2) at the front's end nearest to their crossing (k, 2).
 
-    Of a short mouth both ends may be as near, and an edge from one crosses the front at the other.
+    Both ends of a short mouth may be near, and an edge from one end then crosses the front at the other.
     """
     _, number, arc = sheet.rim.nearest_front(crossings)
     along = np.abs(arc[:, None] - surface.arc[edges])
@@ -218,9 +217,9 @@ def _split_at_front(
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
-    """Move trace points near the front onto it, along the crack; box points to the front's end.
+    """Move trace points near the front onto it, along the crack; move box points to the front's end.
 
-    Points of a crack that was inserted before stay where they would leave that.
+    Points of an earlier crack stay if they would leave that crack.
     """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(
@@ -245,9 +244,9 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
 
 
 def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
-    """Move front points that lie off the front onto it, the first and last of a front to its ends.
+    """Move front points that lie off the front onto it; the first and last on the box to the front's ends.
 
-    A trace on a curved crack is a chord, so that where it crosses the front in (u, v) it is off the crack.
+    A trace on a curved crack is a chord, so its crossing with the front in (u, v) lies off the crack.
     """
     planes = classified(surface).held
     rows = np.flatnonzero(surface.front >= 0)
@@ -263,7 +262,7 @@ def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> C
 
 
 def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndarray:
-    """Return which of the front points on the box are the first and last of their open fronts."""
+    """Return ids (k,) of the first and last node on the box of each open front."""
     ends = []
     for front, curve in enumerate(sheet.rim.curves):
         if curve.closed:
@@ -276,7 +275,7 @@ def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndar
 
 
 def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndarray:
-    """Return the nearest end of a front on the box plane of each point; NaN where there is none."""
+    """Return the front end nearest to each point, on its box plane; NaN if that end is not on the plane."""
     ends = [curve.points[[0, -1]] for curve in sheet.rim.curves if not curve.closed]
     result = np.full(points.shape, np.nan)
     if not len(ends) or not len(points):

@@ -1,4 +1,4 @@
-"""Where the crack ends, in its parameters: inside or outside of it, and places along its fronts."""
+"""The crack's boundary in its parameters (u, v): tests for inside, and positions along its fronts."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from craftmesh.surface.measure import along_segments
 from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Crack
 
-CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
-MOUTH = 0.2  # of the box's diagonal, by which the mouth is pushed out of it
-# Of the box's diagonal: farther than this past the mouth there is no crack, for where it is curved it might
-# come back into the box there.
+CORNER = np.cos(np.radians(20.0))  # cosine of the front's turn above which a corner keeps a node
+MOUTH = 0.2  # distance by which the mouth is pushed out of the box, in box diagonals
+# Largest distance past the mouth, in box diagonals, at which the crack still exists; farther out, a curved
+# crack might come back into the box.
 PAST_MOUTH = 1e-3
 
 
@@ -22,11 +22,11 @@ PAST_MOUTH = 1e-3
 class Rim:
     """The boundary of a crack in its parameters (u, v): fronts, and the mouth pushed out of the box.
 
-    domain: polygon that the crack covers, given: without what was pushed out, past: how far past that the
-    crack may count. segments (k, 2, 2): its boundary, those of fronts first;
-    front_number, front_start (f,): front and arc length at the start of the first f. tree: of all
-    segments, front_tree: of the first f. curves: the fronts; held: which of their points (j,) keep a node
-    as corners do.
+    domain: polygon that the crack covers, with the pushed-out part; given: without it; past: largest
+    distance from `given` that counts as crack. segments (k, 2, 2): the boundary, fronts first;
+    front_number, front_start (f,): front and starting arc length of the first f segments. tree, front_tree:
+    of all and of the first f segments. curves: the fronts; held: masks (j,) of front points that keep a
+    node as corners do.
     """
 
     domain: shapely.Polygon
@@ -41,7 +41,7 @@ class Rim:
     held: tuple[np.ndarray, ...]
 
     def inside(self, uv: np.ndarray) -> np.ndarray:
-        """Return phi (n,): the distance in (u, v) to the rim, > 0 on the crack and < 0 past its front."""
+        """Return phi (n,): distance in (u, v) from the rim, > 0 on the crack, < 0 beyond its front."""
         points = shapely.points(uv)
         _, distance = self.tree.query_nearest(points, return_distance=True, all_matches=False)
         inside = shapely.contains_xy(self.domain, uv[:, 0], uv[:, 1])
@@ -50,9 +50,9 @@ class Rim:
         return np.where(inside, distance, -distance)
 
     def nearest_front(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return foot (n, 2), front number (n,) and arc length (n,) of the nearest front point.
+        """Return the nearest front point (n, 2), its front number (n,) and its arc length (n,).
 
-        Without a front the feet are infinitely far.
+        Without a front these are inf, -1 and NaN.
         """
         if not self.curves:
             return np.full(uv.shape, np.inf), np.full(len(uv), -1), np.full(len(uv), np.nan)
@@ -63,7 +63,7 @@ class Rim:
         return start + share[:, None] * step, self.front_number[nearest], arc
 
     def corners(self, front: int) -> np.ndarray:
-        """Return the arc lengths (k,) of a front's corners, between its ends where it is open."""
+        """Return arc lengths (k,) of a front's corners, without the ends of an open front."""
         curve = self.curves[front]
         step = np.diff(curve.points, axis=0)
         step /= np.linalg.norm(step, axis=1)[:, None]
@@ -73,18 +73,18 @@ class Rim:
         return curve.arc[np.flatnonzero(sharp)]
 
     def period(self, front: int) -> float:
-        """Return the length of a closed front, infinity for an open one."""
+        """Return the length of a closed front, inf for an open one."""
         return self.curves[front].length if self.curves[front].closed else np.inf
 
     def corners_ahead(self, front: int) -> np.ndarray:
-        """Return the arc lengths of a front's corners, those of a closed one for two rounds."""
+        """Return arc lengths of a front's corners; on a closed front those of the second turn follow."""
         corners = self.corners(front)
         if not self.curves[front].closed:
             return corners
         return np.concatenate([corners, corners + self.period(front)])
 
     def gaps(self, front: int, arcs: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """Return how far along a front, the shorter way, arc lengths (n,) are from others (k,): (n, k)."""
+        """Return distances (n, k) along a front, the shorter way, from arc lengths (n,) to others (k,)."""
         gap = np.abs(arcs[:, None] - others)
         return np.minimum(gap, self.period(front) - gap)
 
@@ -92,7 +92,7 @@ class Rim:
 def rim_of(
     crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray, held: np.ndarray | None = None
 ) -> Rim:
-    """Return the rim of a crack; nodes (n, 2): its points in (u, v), frame (3, 3): rows u, v, normal.
+    """Return the rim of a crack; nodes (n, 2): its points in (u, v); frame (3, 3): rows u, v, normal.
 
     held (k, 3): points of its fronts that keep a node.
     """
@@ -130,8 +130,8 @@ def _push_out_mouth(
 ) -> shapely.Polygon:
     """Extend the domain past mouth edges on or beyond a box plane, so that the mouth is outside the box.
 
-    Those beyond leave no gap beside those on it, as where an edge of a strip that has grown in the plane
-    meets the old crack, which reaches out of the box.
+    Edges beyond the plane are extended too, so that no gap stays between them and edges on it. This occurs
+    where a strip that has grown in the plane meets the old crack, which extends past the box.
     """
     diagonal = np.linalg.norm(box[1] - box[0])
     fronts = {
@@ -158,7 +158,7 @@ def _push_out_mouth(
 def _segments(
     domain: shapely.Polygon, curves: tuple[Polyline, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the domain's boundary segments, fronts first, and of those front and arc length."""
+    """Return boundary segments (k, 2, 2), the f of fronts first; their front numbers and arcs (f,)."""
     starts, ends, number, arc = [np.zeros((0, 2))], [np.zeros((0, 2))], [], []
     for front, curve in enumerate(curves):
         starts.append(curve.points[:-1])

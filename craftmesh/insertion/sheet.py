@@ -1,4 +1,4 @@
-"""The crack as a function: offset from its surface, and parameters on it."""
+"""The crack as a function: signed distance from its surface, and parameters (u, v) on it."""
 
 from dataclasses import dataclass
 
@@ -14,17 +14,17 @@ from craftmesh.surface.kernels.holding import bins_of, holding
 from craftmesh.surface.rounding import EXACT, ROUNDING, SAME_PLACE
 from craftmesh.types import Crack
 
-STEPS = 40  # of false position at most along a segment that crosses a curved crack
-STRETCHES = 8  # of each way along a point's direction, in which a change of psi's sign is looked for
+STEPS = 40  # most false-position iterations for a segment that crosses a curved crack
+STRETCHES = 8  # intervals on each side of a point, along its direction, in which a sign change is searched
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A crack as a height over a plane; lengths in model units.
+    """A crack as a single-valued surface over a plane; lengths in model units.
 
-    origin (3,), frame (3, 3) rows u, v, normal. nodes (n, 2), height (n,) and its mean slope (n, 2) there,
-    triangles (m, 3) and the slope (m, 2) of each, cells: the triangles as polygons, bins: in a grid. rim:
-    where the crack ends, in the same parameters.
+    origin (3,), frame (3, 3): rows u, v, normal. nodes (n, 2): points in (u, v), with height (n,) and mean
+    slope node_slope (n, 2); triangles (m, 3), with slope (m, 2). cells, bins: search tree and grid of the
+    triangles; rim: the crack's boundary in the same parameters.
     """
 
     origin: np.ndarray
@@ -40,36 +40,37 @@ class Sheet:
     rim: Rim
 
     def uv(self, points: np.ndarray) -> np.ndarray:
-        """Return the parameters (n, 2) of points (n, 3)."""
+        """Return parameters (n, 2) of points (n, 3)."""
         return (points - self.origin) @ self.frame[:2].T
 
     def offset(self, points: np.ndarray) -> np.ndarray:
-        """Return psi (n,): the offset of points (n, 3) from the extended surface, > 0 ahead of it."""
+        """Return psi (n,): height of points (n, 3) over the extrapolated surface, > 0 ahead of it."""
         above = (points - self.origin) @ self.frame[2]
         return above if self.planar else above - self.height_at(self.uv(points))
 
     def lift(self, uv: np.ndarray) -> np.ndarray:
-        """Return the points (n, 3) of the surface at parameters (n, 2)."""
+        """Return points (n, 3) of the surface at parameters (n, 2)."""
         points = self.origin + uv @ self.frame[:2]
         return points if self.planar else points + self.height_at(uv)[:, None] * self.frame[2]
 
     def height_at(self, uv: np.ndarray) -> np.ndarray:
-        """Return the height (n,) at parameters (n, 2), continued past the rim with its slope."""
+        """Return heights (n,) at parameters (n, 2), extrapolated past the rim with the slope there."""
         cell, weight, step = self._feet(uv)
         height = np.einsum("ij,ij->i", weight, self.height[self.triangles[cell]])
         return height + np.einsum("ij,ij->i", self._slope_at(cell, weight, step), step)
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
-        """Return the gradient (n, 3) of psi at points (n, 3); its length is 1 on a planar crack."""
+        """Return the gradient (n, 3) of psi at points (n, 3); it has length 1 on a planar crack."""
         if self.planar:
             return np.tile(self.frame[2], (len(points), 1))
         return self.frame[2] - self._slope_at(*self._feet(self.uv(points))) @ self.frame[:2]
 
     def crossings(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the fraction (n,) from start to end (n, 3) at which psi changes sign, and psi there (n,).
+        """Return positions (n,), 0 to 1 from start to end (n, 3), where psi changes sign, and psi there.
 
-        psi has opposite signs at the two, or is 0 at one. False position with the Illinois rule (Dowell &
-        Jarratt 1971). Where the continuation past the rim jumps, psi at the fraction is not 0.
+        psi must have opposite signs at start and end, or be 0 at one. The method is false position with the
+        Illinois rule (Dowell & Jarratt 1971). psi at the result is not 0 where the extrapolation past the
+        rim jumps.
         """
         low, high = np.zeros(len(start)), np.ones(len(start))
         at_low, at_high = self.offset(start), self.offset(end)
@@ -92,10 +93,11 @@ class Sheet:
         return root, value
 
     def nearest_crossing(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Return the places (n, 3) on the crack nearest to points (n, 3) within +- direction (n, 3).
+        """Return the crack points (n, 3) nearest to points (n, 3) on segments points +- direction (n, 3).
 
-        NaN where none is found that is on the crack within SAME_PLACE of the direction. Psi need not
-        fall evenly along a plane that a curved crack crosses obliquely: Newton's steps may lead anywhere.
+        NaN where none is found within SAME_PLACE of the direction's length. Intervals are searched for a
+        sign change, because psi is not monotonic in a plane that a curved crack crosses obliquely, and
+        Newton's method may fail.
         """
         share = np.linspace(-1, 1, 2 * STRETCHES + 1)
         places = points[:, None] + share[None, :, None] * direction[:, None]
@@ -112,9 +114,10 @@ class Sheet:
         return result
 
     def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the triangles (n,) nearest to parameters (n, 2), and the nearest points in these.
+        """Return the triangle (n,) nearest to each parameter pair (n, 2), and the nearest point in it.
 
-        These by their weights (n, 3), and by the steps (n, 2) from them, 0 on the crack.
+        That point is given by barycentric coordinates (n, 3) and by the step (n, 2) from it, 0 on the
+        crack.
         """
         cell, step = (
             holding(np.ascontiguousarray(uv), self.nodes, self.triangles, self.bins),
@@ -130,14 +133,14 @@ class Sheet:
         return cell, weight, step
 
     def _slope_at(self, cell: np.ndarray, weight: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the slope (n, 2) where `_feet` found: past the rim the mean one at the nodes."""
+        """Return the slope (n, 2) for the results of `_feet`; past the rim it is averaged at the nodes."""
         slope, past = self.slope[cell], step.any(axis=1)
         slope[past] = np.einsum("nk,nkd->nd", weight[past], self.node_slope[self.triangles[cell[past]]])
         return slope
 
 
 def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> Sheet:
-    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact. held: as in rim_of."""
+    """Return `crack` as a Sheet in the box (2, 3); planar cracks are exact. held: as in rim_of."""
     box = np.asarray(box, float)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     frame = best_fit_frame(points, triangles)
@@ -162,7 +165,7 @@ def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> S
 
 
 def _slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the height's slope in the triangles (m, 2), and its mean by area at the nodes (n, 2)."""
+    """Return the height's slopes (m, 2) in triangles, and area-weighted mean slopes (n, 2) at nodes."""
     a, b, c = (nodes[triangles[:, i]] for i in range(3))
     u, v = b - a, c - a
     hu, hv = (height[triangles[:, i]] - height[triangles[:, 0]] for i in (1, 2))

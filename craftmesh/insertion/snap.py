@@ -1,4 +1,4 @@
-"""Points near the crack move onto it before it is cut; those on it from the first have no offset."""
+"""Move points near the crack onto it before the cut; points already on it get the offset 0."""
 
 from dataclasses import replace
 
@@ -17,11 +17,11 @@ from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, po
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface
 
-REACH = 3  # longest edges: only points this near the crack get an offset from it
+REACH = 3  # largest distance, in longest edges, at which points get an offset from the crack
 
 
 def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
-    """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
+    """Return the surface with psi near the crack, exactly 0 at points on it, and with local sizes."""
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
     reach = REACH * longest
@@ -37,26 +37,26 @@ def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
 
 
 def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
-    """Return the mean length (n,) of the edges at each point, and the longest edge's."""
+    """Return the mean length (n,) of the edges at each point, and the length of the longest edge."""
     edges, _, _ = unique_edges(surface.facets)
     return mean_edges(surface.points, edges), float(edge_lengths(surface.points, edges).max())
 
 
-FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
-LINE_SHARE = 0.5  # points on lines move straight, or to the front, from this share of the distance
-# The same for points where more than two lines end: a crack just beside one leaves needles.
+FARTHEST = 0.5  # largest move of a point onto the crack, in local sizes
+LINE_SHARE = 0.5  # fraction of snap distances in which points on lines move straight, or to the front
+# As LINE_SHARE, for points where lines end or meet; a crack close to such a point leaves needle facets.
 KNOTS = 0.1
-# Least squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
+# Smallest squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
 STEEP = ALONG**2
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
-    """Move points near the crack onto it: free points straight, box points in their plane, lines along.
+    """Move points near the crack onto it, within the patches, box planes and lines that hold them.
 
-    Points of a crack that was inserted before move along that. Those of lines that graze the crack, so that
-    the way along is too far or a neighbour goes there, move straight from nearer by, but those of a crack
-    before. Quadruple points and ends of lines on the box do so from next to it; box corners stay. A move
-    that turns, flattens or pierces a facet is left out.
+    Points of an earlier crack move along that crack. If a line grazes the crack, the crossing is too far
+    away or taken by a neighbour; points on it then move straight if they are within LINE_SHARE of the snap
+    distance and not on an earlier crack. Points where lines meet or end do so within KNOTS of it; box
+    corners stay. A move that turns, flattens or pierces a facet is not made.
     """
     distance = _distances(surface, sheet)
     with np.errstate(invalid="ignore"):
@@ -82,7 +82,7 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
         straight |= (rank == AT_JUNCTION) & movable & (distance < KNOTS * options.snap * surface.size)
     targets[straight] = onto_crack(surface.points[straight], planes[straight], sheet, reach[straight])
     surface = _moved(surface, targets, reach, options)
-    # of two neighbours on a line that the crack crosses between them only one can go to the crossing
+    # Of two neighbours on a line, only one can move to the crossing between them; the other moves straight.
     left = np.flatnonzero(grazes & (surface.psi != 0))
     targets[:] = np.nan
     targets[left] = onto_crack(surface.points[left], planes[left], sheet, reach[left])
@@ -90,10 +90,10 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
 
 
 def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
-    """Return the surface with points of the box's edges within OFF of the crack as on it.
+    """Return the surface with points of box edges within OFF of the crack marked as on it.
 
-    Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it
-    that leaves flat tetrahedra. least: the least target length.
+    Such a point finds no crossing along its edge, and the ribbon of face between it and the crack would
+    lead to flat tetrahedra. least: smallest target length.
     """
     planes = classified(surface).held
     with np.errstate(invalid="ignore"):
@@ -107,7 +107,7 @@ def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSu
 def _moved(
     surface: CutSurface, targets: np.ndarray, reach: np.ndarray, options: InsertOptions
 ) -> CutSurface:
-    """Return the surface with the points at their targets (n, 3) on the crack, nearer than reach (n,)."""
+    """Return the surface with points moved onto the crack at targets (n, 3) nearer than reach (n,)."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(np.linalg.norm(targets - surface.points, axis=1) < reach)
     surface, moved = move_onto(surface, rows, targets[rows], options.bounds)
@@ -117,7 +117,7 @@ def _moved(
 
 
 def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
-    """Return how far the points (n,) are from the crack to first order, NaN far from it."""
+    """Return distances (n,) of points from the crack, to first order; NaN far from it."""
     distance = np.abs(surface.psi)
     rows = np.flatnonzero(np.isfinite(distance))
     distance[rows] /= np.linalg.norm(sheet.gradient(surface.points[rows]), axis=1)
@@ -125,7 +125,7 @@ def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
 
 
 def classified(surface: CutSurface) -> Classification:
-    """Return the classification of the points on the facets near the crack."""
+    """Return the classification of the points on facets near the crack."""
     rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
     return Classification(
         Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
@@ -133,13 +133,13 @@ def classified(surface: CutSurface) -> Classification:
 
 
 def _crack_normals(surface: CutSurface) -> np.ndarray:
-    """Return the unit normals (n, 3) of the crack there is at the points, zero where there is none."""
+    """Return unit normals (n, 3) of an earlier crack at its points, zero elsewhere."""
     facets = surface.facets[surface.kind == CRACK]
     return point_normals(area_vectors(surface.points, facets), facets, len(surface.points))
 
 
 def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Tell which points `rows` (k,) would leave the crack there is, or its front, at targets (k, 3)."""
+    """Return a mask (k,) of points `rows` whose targets (k, 3) lie off an earlier crack or its front."""
     step = targets - surface.points[rows]
     off = np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows])) / LATER_CRACKS.facets
     times = np.maximum(off, _off_front(surface, rows, targets) / LATER_CRACKS.front)
@@ -147,7 +147,7 @@ def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> 
 
 
 def _off_front(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Return how far off it points `rows` (k,) on the front there is would be at targets, 0 for others."""
+    """Return distances (k,) of targets from an earlier crack's front if points `rows` are on it, else 0."""
     front = front_edges(Surface(surface.points, surface.facets, surface.sides, surface.kind))
     at = np.full(len(surface.points), -1)
     at[rows] = np.arange(len(rows))
@@ -166,10 +166,10 @@ def onto_crack(
     reach: np.ndarray,
     normals: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the points (n, 3) moved onto the crack, in their box planes (n, 3), by at most reach (n,).
+    """Return the points (n, 3) moved onto the crack within their box planes (n, 3), by at most reach (n,).
 
-    They move along the crack's normal as far as the planes, and the normals (n, 3) of another crack that
-    they are on, leave it; NaN where it is too steep to them, or where no place on the crack is found.
+    The direction is the crack's normal, projected onto the box planes and onto an earlier crack with
+    `normals` (n, 3). NaN where the crack is nearly parallel to these, or where no point on it is found.
     """
     gradient = sheet.gradient(points)
     direction = np.where(planes, 0.0, gradient)
@@ -190,7 +190,7 @@ def onto_crack(
 def _along_lines(
     surface: CutSurface, sheet: Sheet, edges: np.ndarray, on_line: np.ndarray, targets: np.ndarray
 ) -> None:
-    """Fill in where the junction edges of the marked points cross the crack."""
+    """Fill in targets (n, 3) of marked points: crossings of their junction edges (k, 2) with the crack."""
     psi = surface.psi[edges]
     crossing = np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0
     for start, end in ((0, 1), (1, 0)):

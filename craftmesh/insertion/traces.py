@@ -1,4 +1,4 @@
-"""Trace edges that leave a curved crack or its front are split, and the new points move onto it."""
+"""Split trace edges that leave a curved crack or its front, and move the new points onto it."""
 
 import numpy as np
 
@@ -24,20 +24,21 @@ from craftmesh.surface.measure import edge_lengths, unit_normals
 from craftmesh.surface.patches import is_on_box, patches
 from craftmesh.types import Surface
 
-# Of the least length: trace edges farther than OFF off the crack are split, and those on a face of the box
-# that are farther than this beside the crack's mouth: at small angles to a face OFF is far beside it.
+# Largest distance of trace edges on a box face from the crack's mouth, measured in the face, in smallest
+# target lengths. OFF would allow much more where the crack meets the face at a small angle.
 BESIDE = 0.04
-FARTHEST = 0.3  # of an edge's length: its new point moves onto the crack by at most this much
-FARTHEST_ON_BOX = 1.0  # the same in a face of the box, which cannot move to it: kinks of mouths are sharp
-CONTACT = 0.1  # of the least length: nearer than this, a boundary along the crack is moved onto it
-GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than this, the two graze
+FARTHEST = 0.3  # largest move of an edge's new point onto the crack, in lengths of the edge
+FARTHEST_ON_BOX = 1.0  # the same within a box face, which cannot move itself; mouths may have sharp kinks
+CONTACT = 0.1  # distance, in smallest target lengths, below which a boundary along the crack moves onto it
+# Ratio of the straight distance to the distance within a boundary below which crack and boundary graze.
+GRAZING = 0.25
 
 
 def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
-    """Split the trace edges that are too far off the crack where they are farthest, the new points on it.
+    """Split trace edges that are too far from the crack at their farthest point, and move that onto it.
 
-    These move within their boundary. Where one cannot soundly, or its new trace edges would cross others,
-    the edge is given back and not split again. least: the least target length.
+    New points move within their boundary. If one cannot move within the bounds, or its trace edges would
+    cross others, its edge stays whole. least: smallest target length.
     """
     refused = np.zeros((0, 2), np.int64)
     while True:
@@ -60,7 +61,7 @@ def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: Inse
 def _too_far_off(
     surface: CutSurface, sheet: Sheet, least: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the trace edges (k, 2) to be split, where along them (k,), and places (k, 3) on the crack."""
+    """Return trace edges (k, 2) to split, positions (k,) along them, and new points (k, 3) on the crack."""
     edges, normals, held = _edges_in_walls(surface)
     start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
@@ -91,7 +92,7 @@ def _too_far_off(
 
 
 def _distances(sheet: Sheet, places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far places (n, 3) are off the crack (n,), and how far in walls of these normals (n, 3)."""
+    """Return distances (n,) of places (n, 3) from the crack, straight and within walls of these normals."""
     psi, gradient = np.abs(sheet.offset(places)), sheet.gradient(places)
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     in_wall = gradient - np.einsum("ij,ij->i", gradient, normals)[:, None] * normals
@@ -99,10 +100,10 @@ def _distances(sheet: Sheet, places: np.ndarray, normals: np.ndarray) -> tuple[n
 
 
 def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the trace edges (k, 2) with an end inside the front in one boundary, box plane or triple line.
+    """Return trace edges (k, 2) inside the front that lie in one boundary, one box plane or a triple line.
 
-    And the boundary's normal (k, 3) there, zero for triple lines, which move straight onto the crack alone,
-    and whether a facet at the edge is in a box plane (k,).
+    Also the boundary's normal (k, 3) there, zero for triple lines, whose points only move straight onto the
+    crack, and a mask (k,) of edges with a facet in a box plane.
     """
     on = surface.psi == 0
     rows = np.flatnonzero(on[surface.facets].sum(axis=1) >= 2)
@@ -125,18 +126,19 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
     return edges[chosen], normal[chosen], held[chosen]
 
 
-ALONG = 0.1  # of its length: a trace edge this near the front runs along it
-ALONG_FLAT = 0.5  # the same for an edge of facets that lie in the crack: the front has to bound them
-ROUNDS = 10  # of halving edges along the front; each takes three quarters of what they are off it
-# Of such an edge's stretch of the front: it is split at a corner of the front this far off its ends, and
-# not at its middle, which would leave a needle beside the corner.
+ALONG = 0.1  # distance from the front, in edge lengths, within which a trace edge runs along it
+ALONG_FLAT = 0.5  # the same for edges of facets that lie in the crack, because the front has to bound them
+ROUNDS = 10  # most bisections of edges along the front; each reduces their distance from it to a quarter
+# Smallest distance of a front corner from the ends of an edge's stretch, in lengths of the stretch, for a
+# split at that corner. A split at the middle would leave a needle next to the corner.
 INNER = 0.1
-# Of the target size: such an edge that is longer is split, too, as those that are made are rounded.
+# Longest edge along the front, in target sizes, that is not split. It is above 1 because new front edges
+# have rounded lengths, too.
 LONGEST = 1.5
 
 
 def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Return trace edges inside the front, and those that join two points of the front."""
+    """Return trace edges (k, 2) inside the front, and trace edges (j, 2) between two front points."""
     edges = trace_edges(surface)
     phi = surface.phi[edges]
     chords = edges[(phi == 0).all(axis=1)]
@@ -146,11 +148,11 @@ def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
 def settle_chords(
     surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions
 ) -> tuple[CutSurface, np.ndarray]:
-    """Split trace edges that join two front points but are not the front's; return those that are (k, 2).
+    """Split trace edges between two front points that are not front edges; return those (k, 2) that are.
 
-    A trace edge between neighbouring front points, close to the front, is the front's edge. Where it leaves
-    that by more than FRONT_EDGES, or is longer than LONGEST, it is split, its middle moved onto the front,
-    and the boundary with it.
+    A trace edge between neighbouring front points, close to the front, is a front edge. If it is farther
+    than FRONT_EDGES from the front or longer than LONGEST, it is split, and its midpoint and the boundary
+    move onto the front.
     """
     for _ in range(ROUNDS):
         _, chords = inside_traces(surface)
@@ -172,7 +174,7 @@ def settle_chords(
 
 
 def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeAt) -> np.ndarray:
-    """Tell which edges between neighbouring front points are too long, leave the front, or cut a corner."""
+    """Return a mask (k,) of edges between neighbouring front points: too long or too far from the front."""
     off = np.zeros(len(chords), bool)
     front, start, end = stretches(surface, sheet, chords)
     for number in np.unique(front).tolist():
@@ -187,7 +189,7 @@ def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: Si
 
 
 def _corners_off(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return how far (n,) corners of a front are from the chords that cut them off, 0 without one."""
+    """Return the largest distance (n,) of a front's corners from the chords that cut them off, else 0."""
     most = np.zeros(len(start))
     for corner in sheet.rim.corners_ahead(front).tolist():
         cut = np.flatnonzero((start < corner) & (corner < end))
@@ -205,9 +207,9 @@ def _split(
     chords: tuple[np.ndarray, np.ndarray],
     options: InsertOptions,
 ) -> CutSurface:
-    """Split edges along the front (k, 2), whose middles move onto it, and edges across the crack (j, 2).
+    """Split edges along the front (k, 2), whose midpoints move onto it, and edges across the crack (j, 2).
 
-    A middle that may not move is no front point, but where the front has to bound flat facets.
+    A midpoint that cannot move is not a front point, except where the front has to bound flat facets.
     """
     bent, across = chords
     flat = among_edges(bent, surface.facets[flat_facets(surface)])
@@ -227,7 +229,7 @@ def _split(
 
 
 def _inner_arcs(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return arc lengths (k,) to split stretches of a front at: corners well inside, else the middles."""
+    """Return arc lengths (k,) at which to split stretches of a front: inner corners, else the middles."""
     middle, arcs = (start + end) / 2, (start + end) / 2
     reach = (0.5 - INNER) * (end - start)
     for corner in sheet.rim.corners_ahead(front).tolist():
@@ -237,7 +239,7 @@ def _inner_arcs(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) ->
 
 
 def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.ndarray:
-    """Tell which chords join front points that follow each other along one front."""
+    """Return a mask (k,) of chords that join consecutive points of one front."""
     pairs = [np.zeros((0, 2), np.int64)]
     for front, curve in enumerate(sheet.rim.curves):
         ids = surface.on_front(front)
