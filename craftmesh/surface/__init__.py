@@ -1,9 +1,9 @@
-"""The surface: what can be asked of it, and what every stage may do to it.
+"""Surfaces: queries on a surface, and operations on it that several stages share.
 
 `connectivity` gives edges and neighbours, `patches` patches and feature edges, `front` the crack's front,
-`labels` the grain of a place, `measure` areas, angles, volumes and distances. `classification` says what
-each vertex is free to do, and `guarded_move` moves vertices within bounds that all stages share.
-`check_surface` says what is broken. `dividing` splits edges, `smoothing` draws vertices to their
-neighbours, `volumes` brings grains' volumes back, and `repair` parts facets that intersect. `rounding`
-says what counts as equal.
+`labels` the grain at a position, `measure` areas, angles, volumes and distances. `classification` gives
+each vertex's freedom to move, and `guarded_move` moves vertices within bounds that all stages share.
+`check_surface` lists violated invariants. `dividing` splits edges, `smoothing` gives the neighbours that
+vertices are drawn to, `volumes` restores grain volumes, and `repair` separates facets that intersect.
+`rounding` defines which numbers count as equal.
 """

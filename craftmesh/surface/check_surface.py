@@ -1,4 +1,4 @@
-"""The costly invariants of a surface: each breach said in one sentence."""
+"""The costly invariants of a surface; each violation gives one sentence."""
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from craftmesh.types import BOX_PLANES, CRACK, Surface
 
 @typed
 def check_surface(surface: Surface) -> list[str]:
-    """Return one sentence per kind of breach of a surface's invariants; an empty list when it keeps them.
+    """Return one sentence per kind of violated invariant; an empty list if the surface is valid.
 
-    Checked are: used points; degenerate and duplicate facets; sides and kinds that fit each
-    other; planes of the box; closedness, orientation and volume per grain and void; intersections.
-    Crack facets inside a grain belong to no boundary.
+    Checked are: unused points; degenerate and duplicate facets; consistency of sides and kinds; box planes;
+    closedness, orientation and volume of each grain and void; intersections. Crack facets inside a grain
+    belong to no boundary.
     """
     if not len(surface.facets):
         return ["the surface has no facets"]
@@ -26,7 +26,7 @@ def check_surface(surface: Surface) -> list[str]:
 
 
 def refuse_open(surface: Surface) -> None:
-    """Raise CraftmeshError unless facets close and face out of each grain, with a volume above 0."""
+    """Raise CraftmeshError unless each grain's facets are closed and face outward around a volume > 0."""
     breaches = _closedness(surface) or _volumes(surface)
     if breaches:
         raise CraftmeshError(f"{breaches[0]}; expected closed boundaries that face out of their grains")
@@ -37,14 +37,14 @@ def _at(point: np.ndarray) -> str:
 
 
 def _some(labels: np.ndarray) -> str:
-    """Name at most five labels."""
+    """Return the names of at most five labels as text."""
     found = np.unique(labels)
     names = [f"grain {g}" if g > 0 else f"void {-g}" if g < 0 else "outside" for g in found[:5].tolist()]
     return ", ".join(names) + (f" and {len(found) - 5} more" if len(found) > 5 else "")
 
 
 def _facets_breach(surface: Surface, bad: np.ndarray, what: str) -> list[str]:
-    """One sentence on the facets that are `bad` (m,) bool."""
+    """Return a sentence that the facets marked in `bad` (m,) have the fault `what`, or nothing."""
     if not bad.any():
         return []
     place = _at(surface.points[surface.facets[bad.argmax()]].mean(axis=0))
@@ -74,7 +74,7 @@ def _labels(surface: Surface) -> list[str]:
     kind = surface.kind
     on_box = is_on_box(kind)
     return (
-        _facets_breach(surface, kind > CRACK, f"have a kind past {CRACK}")
+        _facets_breach(surface, kind > CRACK, f"have a kind above {CRACK}")
         + _facets_breach(surface, (behind <= 0) & (ahead <= 0), "bound no grain")
         + _facets_breach(surface, (behind == ahead) & (kind != CRACK), "have the same grain on both sides")
         + _facets_breach(surface, on_box & (behind != 0) & (ahead != 0), "on the box have no outside")
@@ -82,7 +82,7 @@ def _labels(surface: Surface) -> list[str]:
 
 
 def _planes(surface: Surface) -> list[str]:
-    """Facets of a plane lie on it exactly, look outwards, and no point lies beyond."""
+    """Check that facets of a box plane lie on it exactly and face outward, with no point beyond it."""
     breaches = []
     outward = np.where(surface.sides[:, 0] > 0, 1, -1)[:, None] * area_vectors(
         surface.points, surface.facets
@@ -102,7 +102,7 @@ def _planes(surface: Surface) -> list[str]:
 
 
 def _closedness(surface: Surface) -> list[str]:
-    """Round each grain and void every directed edge has as many partners as there are edges."""
+    """Check that each directed edge of a grain's boundary has as many partners in the other direction."""
     if not surface.sides[surface.sides[:, 0] != surface.sides[:, 1]].any():
         return ["no facet bounds a grain"]
     found = open_edges(surface.facets, surface.sides, len(surface.points))
@@ -110,7 +110,7 @@ def _closedness(surface: Surface) -> list[str]:
         return []
     first = _at(surface.points[found[0, 1:]].mean(axis=0))
     return [
-        f"{len(found)} edges have no partner, so the boundary is open or turned round: "
+        f"{len(found)} edges have no partner, so the boundary is open or not oriented consistently: "
         f"{_some(found[:, 0])}; first {first}"
     ]
 
@@ -126,7 +126,7 @@ def _volumes(surface: Surface) -> list[str]:
 
 def _intersections(surface: Surface) -> list[str]:
     repeats = (surface.facets == np.roll(surface.facets, 1, axis=1)).any(axis=1)
-    sound = np.flatnonzero(~repeats)  # the others are degenerate, which _shapes says
+    sound = np.flatnonzero(~repeats)  # facets that repeat a point are degenerate, which _shapes reports
     pairs = sound[intersecting_pairs(surface.points, surface.facets[sound])]
     if not len(pairs):
         return []

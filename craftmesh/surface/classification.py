@@ -1,4 +1,4 @@
-"""What a vertex of a surface is free to do: its classification on patches, lines, box planes and crack."""
+"""Classification of a surface's vertices: which patches, lines, box planes and crack limit their motion."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,15 +10,15 @@ from craftmesh.surface.kernels.tied import tied_vertices
 from craftmesh.surface.patches import FeatureEdges, Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
 
-# Ranks of vertices: a patch leaves two directions free, a line of feature edges one, a junction none.
+# Ranks of vertices: in a patch two directions are free, on a line of feature edges one, at a junction none.
 IN_PATCH, ON_LINE, AT_JUNCTION = 0, 1, 2
 
 
 @dataclass(frozen=True)
 class Classification:
-    """What the n vertices of a surface are free to do; each answer is computed when it is first asked for.
+    """The freedom of motion of the n vertices of a surface; each property is computed at its first use.
 
-    given_patches: the patches of the surface, where they are not `patches` alone, as along folds.
+    given_patches: patches to use in place of `patches(surface)`, for example patches that end along folds.
     """
 
     surface: Surface
@@ -26,23 +26,23 @@ class Classification:
 
     @cached_property
     def features(self) -> FeatureEdges:
-        """The edges of the surface, and which of them bound patches."""
+        """The edges of the surface, and which of them are feature edges."""
         return feature_edges(self.surface, self._patch)
 
     @cached_property
     def degree(self) -> np.ndarray:
-        """(n,) int64: the number of feature edges at each vertex."""
+        """(n,) int64: number of feature edges at each vertex."""
         return np.bincount(self.features.lines.ravel(), minlength=len(self.surface.points))
 
     @cached_property
     def rank(self) -> np.ndarray:
         """(n,) int64: IN_PATCH, ON_LINE or AT_JUNCTION.
 
-        A vertex on a line has two feature edges with the same patches at both. A vertex in which sheets
+        A vertex on a line has two feature edges, with the same patches at both. A vertex where surfaces
         meet without a common edge is a junction.
         """
         features, count = self.features, len(self.surface.points)
-        # equal for equal sets of patches
+        # hash of each facet's patch: its sum over an edge's facets identifies the set of patches there
         mixed = (self._patch.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
         mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
         at_edge = np.zeros(len(features.edges), np.uint64)
@@ -58,7 +58,7 @@ class Classification:
 
     @cached_property
     def planes(self) -> np.ndarray:
-        """(n,) int64: the box planes that hold each vertex, bit 1 << (k - 1) for the plane of kind k."""
+        """(n,) int64: bit mask of the box planes that hold each vertex, bit 1 << (k - 1) for kind k."""
         planes = np.zeros(len(self.surface.points), np.int64)
         for k in range(1, CRACK):
             planes[self.surface.facets[self.surface.kind == k]] |= 1 << (k - 1)
@@ -66,7 +66,7 @@ class Classification:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """(n, 3) bool: coordinates that box planes hold; three at a corner of the box."""
+        """(n, 3) bool: coordinates fixed by box planes; all three at a corner of the box."""
         return (self.planes[:, None] >> np.array([0, 2, 4])) & 3 != 0
 
     @cached_property
@@ -81,7 +81,7 @@ class Classification:
 
     @property
     def free(self) -> np.ndarray:
-        """(n, 3) bool: coordinates that neither box planes nor the crack hold."""
+        """(n, 3) bool: coordinates fixed neither by box planes nor by the crack."""
         return ~(self.held | self.on_crack[:, None])
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Connectivity of triangle soups, computed by free functions and passed, never stored."""
+"""Connectivity of triangle sets; results are computed when needed and never stored in a type."""
 
 import numpy as np
 import scipy
@@ -14,7 +14,7 @@ def facet_edges(facets: np.ndarray) -> np.ndarray:
 
 
 def touching(cells: np.ndarray, marked: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: the cells (m, k) with a corner that is marked (n,)."""
+    """Return a mask (m,) of the cells (m, k) that have a marked corner; marked: mask (n,) of points."""
     result = marked[cells[:, 0]]
     for corners in cells.T[1:]:
         result |= marked[corners]
@@ -22,10 +22,11 @@ def touching(cells: np.ndarray, marked: np.ndarray) -> np.ndarray:
 
 
 def open_edges(facets: np.ndarray, sides: np.ndarray, count: int) -> np.ndarray:
-    """Return rows (k, 3), sorted: label, lower and higher of `count` points where its boundary is open.
+    """Return sorted rows (k, 3): a label and the lower and higher point of an open edge of its boundary.
 
-    sides (m, 2): labels behind and ahead of facets (m, 3); those with one label on both sides bound none,
-    and 0 has no boundary. A boundary is closed where as many facets have an edge one way as the other.
+    sides (m, 2): labels behind and ahead of facets (m, 3). A facet with the same label on both sides bounds
+    nothing, and label 0 has no boundary. An edge is closed if as many facets run along it one way as the
+    other. count: number of points.
     """
     facets, sides = np.require(facets, np.int64, ["C", "W"]), np.require(sides, np.int32, ["C", "W"])
     found = unbalanced_edges(facets, sides, *corner_lists(facets, count))
@@ -33,16 +34,16 @@ def open_edges(facets: np.ndarray, sides: np.ndarray, count: int) -> np.ndarray:
 
 
 def rows_among(triangles: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the row of facets (m, 3) that has the corners of each triangle (k, 3), -1 for none."""
+    """Return the facet (k,), among facets (m, 3), with the same corners as each triangle (k, 3), or -1."""
     row_of = {tuple(corners): row for row, corners in enumerate(np.sort(facets, axis=1).tolist())}
     return np.array([row_of.get(tuple(c), -1) for c in np.sort(triangles, axis=1).tolist()], np.int64)
 
 
 def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return undirected edges (e, 2), for each corner its edge (m, 3), and facets per edge (e,).
+    """Return undirected edges (e, 2), the edge (m, 3) at each corner, and facets per edge (e,).
 
-    Edges come sorted by their lower, then higher point; column i of the second array is the edge
-    from corner i to corner i + 1.
+    Edges are sorted by their lower, then higher point. Column i of the second array is the edge from corner
+    i to corner i + 1.
     """
     directed = facet_edges(facets)
     if not len(directed):
@@ -55,9 +56,10 @@ def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def edge_sides(of_corner: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each of the chosen edges (e,) bool, rows of `facet_edges` that are it: the first two.
+    """Return two rows (k,) of `facet_edges` for each of the k chosen edges: those of its first two facets.
 
-    of_corner (m, 3) is from `unique_edges`; each chosen edge has two facets or more. Row // 3 is the facet.
+    of_corner (m, 3): from `unique_edges`; chosen (e,): mask of edges with two facets or more. Row // 3 is
+    the facet.
     """
     order = np.argsort(of_corner.ravel(), kind="stable")
     count = np.bincount(of_corner.ravel(), minlength=len(chosen))
@@ -66,13 +68,13 @@ def edge_sides(of_corner: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, n
 
 
 def same_turn(triangles: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return where rows of `triangles` list the same corners in the same sense as rows of `reference`."""
+    """Return a mask (k,) of triangles with the same corners in the same orientation as `reference`."""
     shift = (triangles == reference[:, :1]).argmax(axis=1)
     return np.take_along_axis(triangles, ((shift + 1) % 3)[:, None], axis=1)[:, 0] == reference[:, 1]
 
 
 def pieces(facets: np.ndarray) -> np.ndarray:
-    """Return the number (m,) of the piece that each facet (m, 3) belongs to, joined across edges.
+    """Return the number (m,) of the edge-connected piece that each facet (m, 3) belongs to.
 
     Pieces are numbered from 0 in the order of their first facets.
     """
@@ -83,16 +85,16 @@ def pieces(facets: np.ndarray) -> np.ndarray:
 
 
 def joined(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the piece (count,) of each of `count` things, of which one (k,) and other (k,) hang together.
+    """Return the connected piece (count,) of each of `count` items; one (k,), other (k,): linked pairs.
 
-    Pieces are numbered from 0 in the order of their first things.
+    Pieces are numbered from 0 in the order of their first items.
     """
     graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
     return in_order(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
 def in_order(numbers: np.ndarray) -> np.ndarray:
-    """Return the numbers (k,) of things from 0 on in the order in which they occur first."""
+    """Return `numbers` (k,) renumbered from 0 in the order in which they first occur."""
     _, first, place = np.unique(numbers, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[place.ravel()]
 
@@ -100,7 +102,8 @@ def in_order(numbers: np.ndarray) -> np.ndarray:
 def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Drop the points (n, 3) that no cell (m, k) uses.
 
-    Return the used points (u, 3), the cells with their ids, and the old ids (u,) of these points, in order.
+    Return the used points (u, 3), the cells with new ids, and the old ids (u,) of the used points,
+    ascending.
     """
     used = np.zeros(len(points), bool)
     used[np.asarray(cells).ravel()] = True
@@ -111,5 +114,5 @@ def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def lowest_equal_point(points: np.ndarray) -> np.ndarray:
-    """Return for each point (n, 3) the lowest id among the points with the same coordinates."""
+    """Return the lowest id (n,) among the points with the same coordinates as each point (n, 3)."""
     return lowest_equal_rows((np.ascontiguousarray(points, float) + 0.0).view(np.uint64))  # no -0.0

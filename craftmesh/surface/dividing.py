@@ -1,4 +1,4 @@
-"""Facets divided where edges of them get a new point, conformal with those beside them."""
+"""Split edges of facets at new points, conformally with the neighbouring facets."""
 
 from typing import NamedTuple
 
@@ -6,15 +6,16 @@ import numpy as np
 
 from craftmesh.surface.measure import meets_box
 
-# Of an edge: what crosses it this near to an end is there, for shorter edges leave facets without an angle.
+# Fraction of an edge: a crossing nearer to an end counts as at that end, because shorter edges leave facets
+# without an angle.
 AT_END = 0.1
 
 
 class Divided(NamedTuple):
-    """Facets divided where something crosses them.
+    """Facets split where something crosses them.
 
-    points (n, 3), new ones last; side (n,): on which side each is, 0 where the crossing is; facets (m, 3),
-    parent (m,): the row that each is of; ends (k, 2): of the edges with a new point.
+    points (n, 3), new ones last; side (n,): sign of each point's side, 0 at crossings; facets (m, 3);
+    parent (m,): row of the original facet; ends (k, 2): end points of the split edges.
     """
 
     points: np.ndarray
@@ -33,8 +34,8 @@ def divided_at(
 ) -> Divided:
     """Return facets (m, 3) with edges (k, 2) split where something crosses them.
 
-    side (n,): < 0 and > 0 for points on either side of it; share (k,): how far along each edge it crosses,
-    NaN where it does not. Crossings within AT_END of an end are there, and split nothing.
+    side (n,): < 0 or > 0 for points on either side of it; share (k,): position of the crossing, from 0 to
+    1, NaN without one. A crossing within AT_END of an end is moved to that end and splits nothing.
     """
     side = side.copy()
     side[edges[share < AT_END, 0]] = 0
@@ -50,10 +51,10 @@ def divided_at(
 def divided(
     points: np.ndarray, facets: np.ndarray, edges: np.ndarray, first_new: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return facets (m, 3) with edges (k, 2) split at points from `first_new` on, and the row of each.
+    """Return facets (m, 3) with edges (k, 2) split at points from id `first_new` on; and old rows (m,).
 
-    edges: the lower point first. points (n, 3) or more, as far as the first new one at least: where two
-    edges of a facet are split the shorter diagonal parts what is left. The order is the given facets'.
+    edges: lower point first. points: positions of at least all points before first_new. If two edges of a
+    facet are split, the shorter diagonal divides the rest. The facets keep their order.
     """
     if not len(edges):
         return facets, np.arange(len(facets))
@@ -105,14 +106,14 @@ def _turn(corners: np.ndarray, middle: np.ndarray, first: np.ndarray) -> tuple[n
 
 
 def _in_two(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the two parts of facets of which one edge has a middle."""
+    """Return the two parts of each facet with one split edge."""
     corners, middle = _turn(corners, middle, np.argmax(middle >= 0, axis=1))
     (a, b, c), m = corners.T, middle[:, 0]
     return np.stack([a, m, c], axis=1), np.stack([m, b, c], axis=1)
 
 
 def _in_three(corners: np.ndarray, middle: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the three parts of facets of which one edge has no middle, parted by the shorter diagonal."""
+    """Return the three parts of each facet with two split edges, divided by the shorter diagonal."""
     corners, middle = _turn(corners, middle, np.argmax(middle < 0, axis=1))
     (a, b, c), (_, bc, ca) = corners.T, middle.T
     to_a = np.linalg.norm(points[a] - points[bc], axis=1) <= np.linalg.norm(points[b] - points[ca], axis=1)
@@ -125,7 +126,7 @@ def _in_three(corners: np.ndarray, middle: np.ndarray, points: np.ndarray) -> tu
 
 
 def _in_four(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the four parts of facets of which every edge has a middle."""
+    """Return the four parts of each facet with three split edges."""
     (a, b, c), (ab, bc, ca) = corners.T, middle.T
     return (
         np.stack([a, ab, ca], axis=1),

@@ -1,4 +1,4 @@
-"""One guarded move: points go to their targets, and those that would spoil a facet are held."""
+"""Move points to their targets, except points whose move would make a facet invalid or degraded."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,12 +16,11 @@ from craftmesh.types import Surface
 
 @dataclass(frozen=True)
 class MoveBounds:
-    """What a move may do to a facet; a facet that was worse before may stay as bad.
+    """Bounds on what a move may do to a facet; a facet that was worse before may stay as bad.
 
-    turn: degrees by which its normal may turn. quality: least 4 sqrt(3) area / sum of squared edges. edge:
-    least length of its edges in model units.
-    No bound is an option: no facet passes a plane of the box, comes to intersect another, or makes a wedge
-    under SHARP_WEDGE sharper.
+    turn: largest turn of its normal in degrees. quality: smallest 4 sqrt(3) area / sum of squared edges.
+    edge: smallest length of its edges in model units. Three further bounds are fixed: no facet passes a box
+    plane, intersects another one, or makes a wedge below SHARP_WEDGE sharper.
     """
 
     turn: float = 60.0
@@ -29,16 +28,17 @@ class MoveBounds:
     edge: float = 0.0
 
 
-# Voxel steps are smoothed away: their facets turn until they lie in the boundary.
+# Bounds for smoothing voxel steps: their facets may turn until they lie in the boundary.
 SMOOTHING = MoveBounds(turn=180.0, quality=0.25, edge=0.05)
-# A tied node's copies go to the middles of their fans, whatever comes of the facets: cleaning follows.
+# Bounds for the copies of a split non-manifold vertex, which move into their fans; cleaning follows.
 RELEASING = MoveBounds(turn=180.0, quality=0.0)
-# Where a point has to settle on a crack, a chord of which it leaves otherwise.
+# Bounds for a point that must move onto a crack, because the crack would be cut along a chord otherwise.
 SETTLING = MoveBounds(turn=80.0, quality=0.02)
-# No facet of a gradated surface gets worse that is under 15.7 degrees as a needle, or over 135 as a cap.
-# With 0.2 facets of 10 degrees were left where the tolerances are wide.
+# Bounds for a gradated surface: a needle below 15.7 degrees or a cap above 135 gets no worse. With a
+# quality of 0.2, facets of 10 degrees were left where the tolerances are wide.
 RESTORING = MoveBounds(quality=0.45)
-# Tries that hold the farthest point of each bad facet alone; then all its points are, then rings around.
+# Attempts that hold only the farthest-moving point of each bad facet; later ones hold all its points, then
+# rings of facets around it.
 PATIENCE = 3
 
 
@@ -49,12 +49,13 @@ def guarded_move(
     spoils: Callable[[np.ndarray], np.ndarray] | None = None,
     known: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points (n, 3) moved within the bounds, and (n,) bool the points that were held for them.
+    """Return the points (n, 3) moved within the bounds, and a mask (n,) of points that were held.
 
-    targets (n, 3): the places that points go to; or a function of the held points (n,) bool that returns
-    them, with held points where they were. Neighbours of a held point then follow it, so that they are held
-    too, from the first try. spoils: returns further bad facets (m,) of moved points. known (k, 2): pairs of
-    facets that may intersect; None: those that do. Points of bad facets are held, and the rest tried again.
+    targets (n, 3): new positions; or a function that returns them for the held points' mask (n,) and leaves
+    held points in place. With a function, a bad facet's neighbours are held from the first attempt, because
+    their targets follow held points. spoils: function that returns a mask (m,) of further bad facets of
+    moved points. known (k, 2): pairs of facets that may intersect; None: pairs that already do. Points of
+    bad facets are held, and the move is tried again.
     """
     points, facets = surface.points, surface.facets.astype(np.int64)
     held, last = np.zeros(len(points), bool), points
@@ -80,7 +81,7 @@ def guarded_move(
 def _spoiled(
     surface: Surface, facets: np.ndarray, moved: np.ndarray, bounds: MoveBounds, rows: np.ndarray
 ) -> np.ndarray:
-    """Return (k,) bool: the facets `rows` that moved points put out of their bounds, one by one."""
+    """Return a mask (k,) of the facets `rows` that break the bounds with the moved points."""
     points, chosen = surface.points, facets[rows]
     bad = spoiled_facets(moved, points, chosen, bounds.quality, bounds.edge)
     bad |= facets_beyond_box(moved, points, chosen, surface.kind[rows])
@@ -94,7 +95,7 @@ def _spoiled(
 
 
 def _sharpest(points: np.ndarray, facets: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the largest cosine (k,) between each of the facets `rows` and those at its edges."""
+    """Return the largest cosine (k,) of the wedges between each of the facets `rows` and its neighbours."""
     near = np.zeros(len(points), bool)
     near[facets[rows]] = True
     around = np.flatnonzero(near[facets].sum(axis=1) > 1)
@@ -103,7 +104,11 @@ def _sharpest(points: np.ndarray, facets: np.ndarray, rows: np.ndarray) -> np.nd
 
 
 def _to_hold(facets: np.ndarray, bad: np.ndarray, rings: int, step: np.ndarray) -> np.ndarray:
-    """Return (n,) bool: who is held for bad facets (m,): the farthest of each, or all and rings."""
+    """Return a mask (n,) of points to hold for the facets `bad` (m,); step (n,): how far points move.
+
+    If rings < 0, only the farthest-moving point of each facet; else all its points and `rings` rings
+    around.
+    """
     if rings >= 0:
         return vertices_around(facets, bad, rings, len(step))
     hold = np.zeros(len(step), bool)
@@ -113,7 +118,7 @@ def _to_hold(facets: np.ndarray, bad: np.ndarray, rings: int, step: np.ndarray) 
 
 
 def vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points: int) -> np.ndarray:
-    """Return (n_points,) bool: vertices of the chosen facets and of `rings` rings of facets around them."""
+    """Return a mask (n_points,) of vertices of the chosen facets and of `rings` rings around them."""
     around = np.zeros(n_points, bool)
     around[facets[chosen]] = True
     for _ in range(rings):

@@ -1,4 +1,4 @@
-"""Which label a place has, by the facets round it."""
+"""The label of the grain or void at a position, from the facets around it."""
 
 from functools import cache
 
@@ -8,18 +8,18 @@ import scipy
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.label_lookup import winding_labels
 
-# Rotation vector of a view along no direction in which meshes of voxels have edges or facets.
+# Rotation vector of the viewing direction, along which meshes of voxels have no edges or facets.
 VIEW = (0.3711, 0.6183, 0.2047)
-# Bins along the longer axis at most.
+# Most bins along the longer axis.
 MAX_CELLS = 1000
 
 
 def labels_at(places: np.ndarray, points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Return the labels (q,) int64 at `places` (q, 3): a grain, -k in the void k, 0 outside the material.
+    """Return labels (q,) int64 at `places` (q, 3): a grain, -k in void k, 0 outside the material.
 
-    points (n, 3), facets (m, 3), sides (m, 2) as in Surface. A label's winding number is counted by the
-    facets that lie straight above a place, so facets that intersect only leave doubt between them, where
-    the largest number decides.
+    points (n, 3), facets (m, 3), sides (m, 2) as in Surface. A label's winding number is summed over the
+    facets straight above a place, and the largest number decides. Intersecting facets therefore only affect
+    places between them.
     """
     view = _view()
     points, facets = points @ view.T, facets.astype(np.int64)
@@ -35,5 +35,5 @@ def labels_at(places: np.ndarray, points: np.ndarray, facets: np.ndarray, sides:
 
 @cache
 def _view() -> np.ndarray:
-    """Return the matrix of VIEW."""
+    """Return the rotation matrix (3, 3) of VIEW."""
     return scipy.spatial.transform.Rotation.from_rotvec(VIEW).as_matrix()

@@ -1,4 +1,4 @@
-"""Areas, normals, angles and volumes of triangle sets, what they span, and places off them."""
+"""Areas, normals, angles, volumes and bounding boxes of triangle sets, and distances from them."""
 
 from collections.abc import Mapping
 
@@ -41,9 +41,9 @@ def mean_edges(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def along_segments(places: np.ndarray, start: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Return how far along segments (..., d), from 0 to 1, their points nearest to places (..., d) are.
+    """Return positions (...,), from 0 to 1, of the segments' points nearest to places (..., d).
 
-    step (..., d): from start to end.
+    start (..., d): first points; step (..., d): vectors from start to end.
     """
     square = np.maximum(np.einsum("...i,...i->...", step, step), np.finfo(float).tiny)
     return np.clip(np.einsum("...i,...i->...", places - start, step) / square, 0, 1)
@@ -56,9 +56,9 @@ def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def point_normals(area: np.ndarray, facets: np.ndarray, count: int) -> np.ndarray:
-    """Return at each of `count` points the mean unit normal (count, 3) of its facets (m, 3), by area.
+    """Return at each of `count` points the area-weighted mean unit normal (count, 3) of its facets (m, 3).
 
-    area (m, 3): the facets' area vectors. Zero for points without a facet.
+    area (m, 3): the facets' area vectors. Points without a facet get zero.
     """
     normals = np.zeros((count, 3))
     for corner in facets.T:
@@ -67,7 +67,7 @@ def point_normals(area: np.ndarray, facets: np.ndarray, count: int) -> np.ndarra
 
 
 def facet_shapes(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return of facets (m, 3) the quality (m,), 1 where equilateral, 0 where flat, and the shortest edge.
+    """Return qualities (m,) of facets (m, 3), 1 if equilateral and 0 if flat, and shortest edges (m,).
 
     Quality is 4 sqrt(3) area / sum of squared edges.
     """
@@ -75,7 +75,7 @@ def facet_shapes(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np
 
 
 def is_degenerate(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: facets (m, 3) whose area is at most FLAT of their longest edge squared."""
+    """Return a mask (m,) of facets (m, 3) whose area is at most FLAT times their longest edge squared."""
     corners = points[facets]
     longest = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).max(axis=1)
     return np.linalg.norm(area_vectors(points, facets), axis=1) <= FLAT * longest
@@ -84,9 +84,9 @@ def is_degenerate(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 def spoiled_facets(
     points: np.ndarray, before: np.ndarray, facets: np.ndarray, min_quality: float, min_edge: float
 ) -> np.ndarray:
-    """Return (m,) bool: facets worse than at the points `before`, and of low quality or with a short edge.
+    """Return a mask (m,) of facets of too low quality or too short an edge, and worse than `before`.
 
-    min_quality: as `facet_shapes`; min_edge is a length.
+    before (n, 3): the points before they moved; min_quality as in `facet_shapes`; min_edge is a length.
     """
     quality, edge = facet_shapes(points, facets)
     low, short = quality < min_quality, edge < min_edge
@@ -98,12 +98,12 @@ def spoiled_facets(
 
 
 def meets_box(corners: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return which triangles (m, 3, 3) have bounds that meet a box (2, 3): (m,) bool, none missed."""
+    """Return a mask (m,) of triangles (m, 3, 3) whose bounding boxes meet a box (2, 3)."""
     return ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
 
 
 def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the (m, 3) corner angles in degrees of facets (m, 3) on points (n, 3).
+    """Return corner angles (m, 3), in degrees, of facets (m, 3) on points (n, 3).
 
     A degenerate facet has angles of 0 or 180.
     """
@@ -118,9 +118,9 @@ def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the labels (k,) that occur in sides (m, 2), sorted, and the place (m, 2) of each among them.
+    """Return the labels (k,) that occur in sides (m, 2), sorted, and indices (m, 2) into them.
 
-    Tables and keys by that place are as large as there are labels, however large these are.
+    Tables indexed that way are only as large as the number of labels, however large the labels are.
     """
     differs = np.ones(len(sides), bool)
     differs[1:] = (sides[1:] != sides[:-1]).any(axis=1)
@@ -129,7 +129,7 @@ def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def swept_volumes(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the signed volumes (m,) between the points' mean and facets (m, 3): those behind are > 0."""
+    """Return signed volumes (m,) between the points' mean and facets (m, 3), > 0 if the mean is behind."""
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     return volumes_from(centre, *_for_kernels(points, facets))
 
@@ -148,15 +148,15 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
 
 
 def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dict[int, float]:
-    """Return how far each label's volume `after` is from that `before`, relative to the latter.
+    """Return each label's relative change of volume from `before` to `after`.
 
-    A label that is gone drifts by -1; one that had no volume does not drift.
+    A missing label has a drift of -1; a label without a volume before has none.
     """
     return {k: after.get(k, 0.0) / volume - 1 if volume else 0.0 for k, volume in before.items()}
 
 
 def span_of(points: np.ndarray) -> np.ndarray:
-    """Return the least and the most coordinates (2, 3) of points (..., 3)."""
+    """Return the bounding box (2, 3), smallest and largest coordinates, of points (..., 3)."""
     points = points.reshape(-1, 3)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -164,9 +164,9 @@ def span_of(points: np.ndarray) -> np.ndarray:
 def nearest_facet(
     places: np.ndarray, points: np.ndarray, facets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the facet (q,) of facets (f, 3) on points (n, 3), at least one, nearest to places (q, 3).
+    """Return the facet (q,), among facets (f, 3) on points (n, 3), f >= 1, nearest to places (q, 3).
 
-    Also the distances (q,) to them, and sides (q,): 1 ahead of the facet's plane and -1 behind or on it.
+    Also the distances (q,) to them, and sides (q,): 1 ahead of the facet's plane, -1 behind or on it.
     """
     corners = points[facets]
     centres = corners.mean(axis=1)

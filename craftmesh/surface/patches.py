@@ -1,4 +1,4 @@
-"""The patches of a surface, the feature edges where they meet, and box planes."""
+"""The patches of a surface, the feature edges where patches meet, and box planes."""
 
 from typing import NamedTuple
 
@@ -8,24 +8,24 @@ from craftmesh.surface.connectivity import touching, unique_edges
 from craftmesh.surface.measure import numbered
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
 
-# For each plane of the box its kind, its axis and whether it is the upper one of the axis' two.
+# Kind, axis, and whether it is the upper one, of each box plane.
 PLANES = tuple((kind, (kind - 1) // 2, kind % 2 == 0) for kind in range(1, len(BOX_PLANES) + 1))
 
 
 def is_on_box(kind: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: facets of these kinds (m,) that lie on a plane of the box."""
+    """Return a mask (m,) of facets that lie on a box plane, by their kind (m,)."""
     return (kind > INTERFACE) & (kind < CRACK)
 
 
 def box_axis(kind: np.ndarray) -> np.ndarray:
-    """Return (m,) int64 the axis to which the plane of the box of each facet is normal; -1 off the box."""
+    """Return the axis (m,) normal to the box plane of each facet, by its kind (m,); -1 off the box."""
     return np.where(is_on_box(kind), (kind.astype(np.int64) - 1) // 2, -1)
 
 
 def oriented(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """Return facets (m, 3) and sides (m, 2) with the larger label behind each normal.
 
-    Crack facets stay as they are: their sides are the crack's lips.
+    Crack facets are unchanged, because their sides are the crack faces.
     """
     turned = _turned(surface)[:, None]
     facets = np.where(turned, surface.facets[:, ::-1], surface.facets)
@@ -37,16 +37,16 @@ def _turned(surface: Surface) -> np.ndarray:
 
 
 class Patches(NamedTuple):
-    """of_facet (m,) int64: each facet's patch, from 0; first_facet (p,): the first facet of each patch."""
+    """The patches: of_facet (m,), each facet's patch from 0; first_facet (p,), each patch's first facet."""
 
     of_facet: np.ndarray
     first_facet: np.ndarray
 
 
 def patches(surface: Surface) -> Patches:
-    """Return the patches of a surface: facets between the same two labels and of one kind.
+    """Return the patches of a surface: sets of facets between the same two labels and of one kind.
 
-    Which way a facet is turned makes no difference, but on the crack, whose two lips are told apart.
+    The orientation of a facet makes no difference, except on the crack, whose two faces are distinguished.
     Patches are numbered in the order of their larger label, smaller label and kind.
     """
     sides = np.where(_turned(surface)[:, None], surface.sides[:, ::-1], surface.sides)
@@ -59,10 +59,10 @@ def patches(surface: Surface) -> Patches:
 
 
 class FeatureEdges(NamedTuple):
-    """The edges of a surface, and which of them bound patches.
+    """The edges of a surface, with a mask of those that bound patches.
 
-    edges (e, 2), of_corner (m, 3), facets_on (e,): as `unique_edges` gives them. is_feature (e,) bool:
-    edges where other than two facets of one patch meet.
+    edges (e, 2), of_corner (m, 3), facets_on (e,): as from `unique_edges`. is_feature (e,): mask of edges
+    that are not between exactly two facets of one patch.
     """
 
     edges: np.ndarray
@@ -72,12 +72,12 @@ class FeatureEdges(NamedTuple):
 
     @property
     def lines(self) -> np.ndarray:
-        """(k, 2) the feature edges alone."""
+        """(k, 2) the feature edges."""
         return self.edges[self.is_feature]
 
 
 def feature_edges(surface: Surface, of_facet: np.ndarray | None = None) -> FeatureEdges:
-    """Return the edges of `surface` and which are features; of_facet (m,): its patches, where known."""
+    """Return the edges of `surface` and which are features; of_facet (m,): its patches, if known."""
     patch = patches(surface).of_facet if of_facet is None else of_facet
     edges, of_corner, count = unique_edges(surface.facets)
     any_patch = np.empty(len(edges), np.int64)
@@ -90,9 +90,9 @@ def feature_edges(surface: Surface, of_facet: np.ndarray | None = None) -> Featu
 def facets_beyond_box(
     moved: np.ndarray, points: np.ndarray, facets: np.ndarray, kind: np.ndarray
 ) -> np.ndarray:
-    """Return (m,) bool: facets (m, 3) of kind (m,) with a vertex past a plane of the box (one with facets).
+    """Return a mask (m,) of facets (m, 3) of `kind` (m,) with a vertex that moved beyond a box plane.
 
-    points (n, 3): the vertices before, `moved` (n, 3) the same ones now.
+    points, moved (n, 3): the vertices before and after. Only box planes with facets count.
     """
     beyond = np.zeros(len(points), bool)
     for plane, axis, upper in PLANES:

@@ -1,4 +1,4 @@
-"""Repair of a surface where facets intersect or are degenerate, before it is cut into grains."""
+"""Repair a surface where facets intersect or are degenerate, before it is split into grains."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, v
 from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
 from craftmesh.types import Surface
 
-# The neighbourhood that moves grows by a ring of facets after each PATIENCE + 1 of these.
+# Most smoothing passes; after each PATIENCE + 1 of them the moving neighbourhood grows by a ring of facets.
 ROUNDS = 24
 WEIGHT = 0.7
-# Facets that a report names at most.
+# Most facets that a report names.
 MAX_NAMED = 1000
 
 
 def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     """Return the surface with points moved so that fewer facets intersect or are degenerate, and a report.
 
-    Points near such facets go towards the mean of their neighbours: along triple lines, within the
-    planes, edges and corners of the box; those of the crack stay. All grains share the points, so both
-    neighbours see the same change. A function of the surface alone: who meshes a part of the grains
-    repairs all of it and gets the same bits. Without faults the surface comes back as it is.
+    Points near such facets move towards the mean of their neighbours: on triple lines along these, within
+    box planes, edges and corners; points of the crack stay. All grains share the points, so neighbours stay
+    conformal. The result depends on the surface alone, so jobs that mesh different grains get the same
+    bits. A surface without faults is returned unchanged.
     """
     facets = surface.facets.astype(np.int64)
     faulty = faulty_facets(surface.points, facets)
@@ -46,7 +46,7 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
 
 
 def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: facets that intersect others or have no area to speak of."""
+    """Return a mask (m,) of facets (m, 3) that intersect others or have almost no area."""
     faulty = is_degenerate(points, facets)
     faulty[intersecting_pairs(points, facets).ravel()] = True
     return faulty

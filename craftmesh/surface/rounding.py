@@ -1,13 +1,13 @@
-"""What counts as equal: none of these numbers is a choice, each lies far over rounding, far under a mesh.
+"""Tolerances for equality; none is a choice, each is far above rounding and far below a mesh's lengths.
 
-Coordinates in double precision are known to 1e-16 of the model, in float32 files to 6e-8.
+Coordinates in double precision are known to 1e-16 of the model's size, in float32 files to 6e-8.
 """
 
-# Of an extent, an edge, an area or a unit vector: a smaller difference is rounding.
+# Relative difference, to an extent, edge, area or unit vector, below which values are equal.
 ROUNDING = 1e-9
-# Of an edge's length: places nearer to each other are one place of a mesh.
+# Distance, in edge lengths, below which two places are one place of a mesh.
 SAME_PLACE = 1e-6
-# Of an area, or of a segment on which a root is looked for: what rounding alone leaves.
+# Relative error that rounding alone leaves in an area, or in a root on a segment.
 EXACT = 1e-12
-# Of the box's diagonal: points this near a plane of the box are on it.
+# Distance from a box plane, in diagonals of the box, below which a point is on it.
 ON_PLANE = 1e-7

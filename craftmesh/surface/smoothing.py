@@ -1,4 +1,4 @@
-"""Smoothing of a surface: the neighbours that each vertex is drawn to, along lines on a line."""
+"""Smoothing of a surface: the neighbours that each vertex is drawn to; on a line, those along it."""
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -8,11 +8,11 @@ from craftmesh.surface.kernels.facet_measures import ways_to_means
 
 
 def smoothing_neighbours(classes: Classification) -> csr_array:
-    """Return (n, n) 1.0 where the vertex of the row is drawn to that of the column.
+    """Return a sparse matrix (n, n), 1.0 where the vertex of the row is drawn to the vertex of the column.
 
-    Vertices off all lines have all their neighbours; vertices on lines and at junctions those along
-    lines. On an edge of the box a vertex follows the edge, but where a grain boundary reaches the edge
-    it follows the boundary's lines, so that the boundary may slide along.
+    Vertices off all lines are drawn to all neighbours, vertices on lines and at junctions to neighbours
+    along lines. On a box edge a vertex follows the edge. Where a grain boundary reaches the edge, it
+    follows the boundary's lines instead, so that the boundary can slide along the edge.
     """
     tail, head = np.concatenate([classes.features.edges, classes.features.edges[:, ::-1]]).T
     is_line = np.tile(classes.features.is_feature, 2)
@@ -26,8 +26,8 @@ def smoothing_neighbours(classes: Classification) -> csr_array:
 
 
 def to_neighbours(points: np.ndarray, drawn: csr_array) -> np.ndarray:
-    """Return the ways (n, 3) from points to the means of those that they are drawn to, 0 without any.
+    """Return vectors (n, 3) from points to the means of the neighbours that they are drawn to, else 0.
 
-    drawn: by `smoothing_neighbours`.
+    drawn: matrix from `smoothing_neighbours`.
     """
     return ways_to_means(points, drawn.indptr, drawn.indices)

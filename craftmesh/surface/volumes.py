@@ -1,4 +1,4 @@
-"""Restoring the volumes of grains: the least-squares displacement that a smoothed surface is short of."""
+"""Restore the volumes of grains: smallest displacement of a surface that corrects all volumes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -16,11 +16,11 @@ from craftmesh.surface.guarded_move import MoveBounds, guarded_move
 from craftmesh.surface.measure import area_vectors, mean_edges, swept_volumes
 from craftmesh.types import Surface
 
-# A vertex moves at most this part of its mean edge in one round.
+# Largest move of a vertex in one correction, in its mean edge lengths.
 STEP = 0.3
-# Part of its target by which a grain's volume may be off; corrections at most.
+# Largest relative error of a grain's volume, and most corrections.
 TOLERANCE, ROUNDS = 5e-4, 8
-# Weight of the regularisation against the diagonal: the grains of a full box sum up to a fixed volume.
+# Regularisation, relative to the diagonal: the system is singular if the grains fill a box of fixed volume.
 DAMPING = 1e-9
 
 
@@ -34,12 +34,12 @@ def restore_volumes(
 ) -> tuple[Surface, dict]:
     """Return the surface with its vertices moved so that each grain has its target volume, and a report.
 
-    targets: grain id, or -k for void k, -> volume in model units. The displacement is the smallest one,
-    in the sense of the area-weighted mean square, that corrects all volumes together to first order; it
-    is repeated, `rounds` times at most. Vertices stay on planes, edges and corners of the box, and within
-    their reach (n,) of their first places; those of crack facets do not move. No facet breaks the `bounds`;
-    where one would, its vertices are held, and in the next round the others make up for it.
-    Raises CraftmeshError when a target is not positive or the surface has no such grain.
+    targets: volume in model units by grain id, or -k for void k. The displacement has the smallest
+    area-weighted mean square that corrects all volumes to first order; it is repeated up to `rounds` times.
+    Vertices stay on planes, edges and corners of the box, and within reach (n,) of their first positions;
+    vertices of crack facets do not move. No facet breaks the `bounds`: vertices whose move would do so are
+    held in the next correction, where other vertices compensate. Raise CraftmeshError if a target is not
+    positive or its grain does not exist.
     """
     facets = surface.facets.astype(np.int64)
     grains, target = checked_targets(targets, surface)
@@ -63,13 +63,13 @@ def restore_volumes(
 
 
 def checked_targets(targets: Mapping[int, float], surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Return the grains (g,), sorted, and their target volumes (g,), all > 0; raises CraftmeshError."""
+    """Return sorted grains (g,) and their target volumes (g,), all > 0; raise CraftmeshError otherwise."""
     grains = as_array("grains with target volumes", list(targets), np.int64, (None,))
     target = as_array("target volumes", list(targets.values()), float, (None,), finite=False)
     sound = (target > 0) & (target <= LARGEST) & np.isin(grains, surface.sides)
     for grain, volume in zip(grains[~sound].tolist(), target[~sound].tolist()):
         raise CraftmeshError(
-            f"target volume of grain {grain} is {volume}; expected a volume > 0 of a grain "
+            f"target volume of grain {grain} is {volume}; expected a volume > 0, for a grain "
             "that the surface bounds"
         )
     order = np.argsort(grains)
@@ -82,7 +82,7 @@ def _drift_report(when: str, drift: np.ndarray) -> dict:
 
 
 def _signs(sides: np.ndarray, grains: np.ndarray) -> csr_array:
-    """Return (g, m): 1 where a facet is the boundary of a grain behind it, -1 of one ahead of it."""
+    """Return a sparse matrix (g, m): 1 if a facet bounds the grain behind it, -1 the one ahead, else 0."""
     bounds = np.isin(sides, grains) & (sides[:, :1] != sides[:, 1:])
     facet, side = np.nonzero(bounds)
     row = np.searchsorted(grains, sides[facet, side])
@@ -92,11 +92,11 @@ def _signs(sides: np.ndarray, grains: np.ndarray) -> csr_array:
 def _displacement(
     points: np.ndarray, facets: np.ndarray, signs: csr_array, missing: np.ndarray, mobile: np.ndarray
 ) -> np.ndarray:
-    """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex.
+    """Return least-squares displacements (n, 3) that add the missing volumes, limited at each vertex.
 
-    missing (g,): what each grain lacks; mobile (n, 3) bool: coordinates that may change. A volume changes
-    with a vertex by a third of the area vectors of its facets there. Weighted by the inverse areas of
-    vertices, a patch moves by one distance along its normal, whatever its facets' sizes.
+    missing (g,): volume that each grain lacks; mobile (n, 3): mask of coordinates that may change. The
+    gradient of a volume at a vertex is a third of the area vectors of its facets. The weights are inverse
+    vertex areas, so a patch moves by the same distance along its normal whatever the sizes of its facets.
     """
     area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
     area = np.bincount(facets.ravel(), area, len(points))

@@ -1,4 +1,4 @@
-"""Wedges: the angles that grains have between neighbouring facets round an edge."""
+"""Wedges: the dihedral angles of grains between neighbouring facets around an edge."""
 
 from typing import NamedTuple
 
@@ -10,9 +10,10 @@ from craftmesh.types import Surface
 
 
 class Wedges(NamedTuple):
-    """Sectors of labels between facets that follow each other round an edge.
+    """Sectors between consecutive facets around edges.
 
-    edge (w, 2): its points; label (w,): grain k, void -k or exterior 0 inside; angle (w,) in degrees.
+    edge (w, 2): its points; label (w,) of the sector: grain k, void -k or exterior 0; angle (w,) in
+    degrees.
     """
 
     edge: np.ndarray
@@ -20,14 +21,14 @@ class Wedges(NamedTuple):
     angle: np.ndarray
 
     def where(self, chosen: np.ndarray) -> "Wedges":
-        """Return the chosen rows."""
+        """Return the rows that an index or mask chooses."""
         return Wedges(*(column[chosen] for column in self))
 
 
 def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np.ndarray) -> Wedges:
-    """Return the sectors round the edges with a point pair in `chosen` (c, 2), lower point first.
+    """Return the sectors around the edges in `chosen` (c, 2), lower point first.
 
-    sides (m, 2): labels behind and before each facet's normal.
+    sides (m, 2): labels behind and ahead of each facet's normal.
     """
     edges, of_corner, _ = unique_edges(facets)
     stride = len(points) + 1
@@ -57,7 +58,7 @@ def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np
 
 
 def sharp_wedges(surface: Surface) -> Wedges:
-    """Return the wedges of grains and voids under SHARP_WEDGE degrees, the sharpest first."""
+    """Return the wedges of grains and voids below SHARP_WEDGE degrees, the sharpest first."""
     facets = surface.facets.astype(np.int64)
     edges = np.unique(sharp_edges(surface.points, facets, SHARP_COSINE), axis=0)
     at_edge = np.zeros(len(surface.points), bool)

@@ -108,7 +108,7 @@ CRACK = "crack {body}/labels.npz --shape voxels --file m.%s --l-min .4 -o c.vtp"
 @pytest.mark.parametrize(
     ("shape", "wanted"),
     [
-        (SHAPE, "taken for the microstructure's"),
+        (SHAPE, "placed on the microstructure's"),
         (SHAPE[::-1], "exchange its axes"),
         ((20, 16, 13), "no spacing"),
     ],
@@ -132,11 +132,11 @@ def test_a_mask_without_spacing_has_the_grid_of_the_volume(kind, shape, wanted, 
         (SHAPE, EDGE, 0.0, FITS),
         (SHAPE, EDGE * 1e-3, 0.0, "about 1000 times as small (mm beside um?)"),
         (SHAPE, EDGE * 1e3, 0.0, "about 1000 times as large (um beside mm?)"),
-        (SHAPE, 0.75, 2.0, f"in another size: they go from [2.0, 2.0, 2.0] to [17.0, 14.0, 11.0], "
+        (SHAPE, 0.75, 2.0, f"of another size: the voxels go from [2.0, 2.0, 2.0] to [17.0, 14.0, 11.0], "
          f"the microstructure {BOX}"),
         (SHAPE, EDGE, 40.0, "61 of 61 marked voxels lie outside; expected"),
-        (SHAPE, EDGE, 2.0, "note: its voxels are of another grid"),
-        ((40, 32, 24), EDGE / 2, 0.0, "note: its voxels are of another grid"),
+        (SHAPE, EDGE, 2.0, "note: its voxels form another grid"),
+        ((40, 32, 24), EDGE / 2, 0.0, "note: its voxels form another grid"),
         (SHAPE[::-1], EDGE, 0.0, "exchange its axes"),
     ],
 )  # fmt: skip
@@ -154,9 +154,9 @@ POINTS = [
     (CLOUD, FITS),
     (CLOUD * 1e-3, "about 1000 times as small (mm beside um?)"),
     (CLOUD * 1e3, "about 1000 times as large (um beside mm?)"),
-    (CLOUD[:1] * 1e-3, "note: p.csv: they go from [0.002, 0.003, 0.004]"),
-    (CLOUD + 400, f"3 of 3 points lie outside the body; they go from [402.0, 401.0, 402.0] to [408.0, "
-     f"406.0, 405.0], the body {BOX}"),
+    (CLOUD[:1] * 1e-3, "note: p.csv: the points go from [0.002, 0.003, 0.004]"),
+    (CLOUD + 400, f"3 of 3 points lie outside the body; the points go from [402.0, 401.0, 402.0] to "
+     f"[408.0, 406.0, 405.0], the body {BOX}"),
     (CLOUD + [7, 0, 0], "note: p.csv: 2 of 3 points lie outside the body"),
     (CLOUD / 10, FITS),
 ]  # fmt: skip
@@ -244,7 +244,7 @@ DISC = np.column_stack([RINGS * np.cos(TURNS), RINGS * np.sin(TURNS), 0 * TURNS]
         (DISC * 1.5, FITS),
         (np.array([[x, y, 0.0] for x in (-2, 0, 2) for y in (-2, 0, 2)]), FITS),
         (DISC * 1e-3, "about 1000 times as small (mm beside um?)"),
-        (DISC + [0.0, 0, 50], "440 of 440 points lie outside the body; they go from"),
+        (DISC + [0.0, 0, 50], "440 of 440 points lie outside the body; the points go from"),
         (DISC[:1] + 50, "1 of 1 points lie outside the body"),
         (DISC[DISC[:, 0] > 0], "% of the lips, the farthest place is"),
         (DISC[RINGS > 0.95], "% of the lips, the farthest place is"),
@@ -261,8 +261,8 @@ def test_a_field_covers_the_lips(cracked, points, wanted):
     ("ids", "wanted"),
     [
         ([1], FITS),
-        ([1, 7, 9], "note: eigenstrain_file: no grain of the mesh has the ids 7, 9; left out"),
-        ([0, 2], "no row for 1 of 1 grains: 1; expected one for each; the table has 0, 2"),
+        ([1, 7, 9], "note: eigenstrain_file: ignored the ids 7, 9, which no grain of the mesh has"),
+        ([0, 2], "no row for 1 of 1 grains: 1; the table has 0, 2; give one row per grain"),
     ],
 )
 def test_a_table_of_grains_has_a_row_for_each(cracked, ids, wanted):

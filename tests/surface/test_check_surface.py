@@ -68,7 +68,7 @@ def test_a_turned_facet_is_found(sound):
     facets = sound.facets.copy()
     facet = int(np.flatnonzero(sound.kind == INTERFACE)[5])
     facets[facet] = facets[facet, ::-1]
-    assert "turned round" in breach(replace(sound, facets=facets))
+    assert "not oriented consistently" in breach(replace(sound, facets=facets))
 
 
 def test_a_grain_turned_inside_out_is_found(sound):
@@ -180,5 +180,5 @@ def test_five_of_the_labels_at_a_breach_are_named_as_what_they_are(count, named)
     labels[1, 1, 1] = -1
     surface = Surface(*march(labels))
     kinds = replace(surface, kind=np.full(len(surface.kind), CRACK + 1))
-    (told,) = (one for one in check_surface(kinds) if "have a kind past" in one)
+    (told,) = (one for one in check_surface(kinds) if "have a kind above" in one)
     assert named in told

@@ -1,4 +1,4 @@
-"""What bounds grains: equal points, edges at which a boundary is open, and its shells."""
+"""Boundaries of grains: equal points, edges where a boundary is open, and its shells."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def _slot(bits, row, mask):
 
 @kernel
 def lowest_equal_rows(bits):
-    """Return for each row of bits (n, 3) uint64 the lowest row that is the same."""
+    """Return the lowest equal row (n,) for each row of bits (n, 3) uint64."""
     size = 16
     while size < 2 * len(bits):
         size *= 2
@@ -41,10 +41,10 @@ def lowest_equal_rows(bits):
 
 @kernel
 def unbalanced_edges(facets, sides, first, after):
-    """Return rows (k, 3): label, lower and higher point of edges where a label's boundary is not closed.
+    """Return rows (k, 3): label, lower and higher point of edges where the label's boundary is not closed.
 
-    sides (m, 2) int32: labels behind and ahead of each facet; as `open_edges` takes them;
-    first, after: the facets' corner lists.
+    sides (m, 2) int32: labels behind and ahead of each facet, as in `open_edges`; first, after: corner
+    lists of the facets.
     """
     found, n = np.empty((64, 3), np.int64), 0
     tally = np.empty((64, 3), np.int64)  # label, higher point, balance
@@ -77,7 +77,7 @@ def unbalanced_edges(facets, sides, first, after):
 
 @lean_kernel
 def _tallied(tally, count, label, high, way):
-    """Add an edge's way to its balance, which may be new; return how many there are."""
+    """Add `way`, +1 or -1, to the balance of a label's edge to point `high`; return the number of rows."""
     for row in range(count):
         if tally[row, 0] == label and tally[row, 1] == high:
             tally[row, 2] += way
@@ -90,10 +90,10 @@ def _tallied(tally, count, label, high, way):
 
 @kernel
 def outer_shells(facets, start, swept, points):
-    """Return how many shells of each grain enclose a volume above 0.
+    """Return the number (g,) of shells of each grain that enclose a volume above 0.
 
-    start (g + 1,): the facets of grain i are start[i] to start[i + 1]; swept (m,): their volumes;
-    points: how many there are. A shell is what hangs together at points.
+    start (g + 1,): grain i has the facets start[i] to start[i + 1]; swept (m,): their signed volumes;
+    points: number of points. A shell is a set of facets connected at points.
     """
     count = np.zeros(len(start) - 1, np.int64)
     parent, volume = np.empty(points, np.int64), np.zeros(points)

@@ -1,7 +1,7 @@
-"""Corner lists: which facets meet at a vertex, kept as one linked list of corners per vertex.
+"""Corner lists: the facets at each vertex, as one linked list of corners per vertex.
 
-Corner c belongs to facet c // 3 and to the vertex facets[c // 3, c % 3]. `first[v]` is the first
-corner at v and `after[c]` the next one, -1 at the end. Non-manifold edges need nothing special.
+Corner c belongs to facet c // 3 and to vertex facets[c // 3, c % 3]. `first[v]` is the first corner at v
+and `after[c]` the next one, -1 at the end. Non-manifold edges need no special treatment.
 """
 
 import numpy as np
@@ -11,14 +11,14 @@ from craftmesh.jit import kernel, lean_kernel
 
 @lean_kernel
 def link_corner(first, after, vertex, corner):
-    """Put `corner` at the head of the list of `vertex`."""
+    """Insert `corner` at the head of the list of `vertex`."""
     after[corner] = first[vertex]
     first[vertex] = corner
 
 
 @lean_kernel
 def unlink_corner(first, after, vertex, corner):
-    """Take `corner` out of the list of `vertex`."""
+    """Remove `corner` from the list of `vertex`."""
     if first[vertex] == corner:
         first[vertex] = after[corner]
         return
@@ -30,7 +30,7 @@ def unlink_corner(first, after, vertex, corner):
 
 @kernel
 def link_all(facets, alive, facet_count, first, after):
-    """Build the lists of all living facets from scratch."""
+    """Build the lists of all facets marked `alive` among the first `facet_count`."""
     first[:] = -1
     for f in range(facet_count):
         if alive[f]:

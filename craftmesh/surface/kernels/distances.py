@@ -1,4 +1,4 @@
-"""Kernels that tell how far places lie from facets and edges."""
+"""Kernels for distances of places from facets and edges."""
 
 import numpy as np
 
@@ -6,13 +6,14 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
 from craftmesh.surface.rounding import ROUNDING
 
-# Facets that are left out together: with 8,400 of them 16 are as good, and 64 take half as long again.
+# Facets per block, which are skipped together. With 8,400 facets, 16 are as good, and 64 take half as long
+# again.
 BLOCK = 32
 
 
 @kernel
 def _block_boxes(centres, reach):
-    """Return the lowest and highest corners (b, 3) of boxes round the spheres of BLOCK facets each."""
+    """Return lowest and highest corners (b, 3) of boxes around the spheres of BLOCK facets each."""
     count = (len(centres) + BLOCK - 1) // BLOCK
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     for f in range(len(centres)):
@@ -24,7 +25,7 @@ def _block_boxes(centres, reach):
 
 @lean_kernel
 def _is_beyond(places, q, low, high, row, bound):
-    """Tell whether a box lies farther than `bound` from a place along one of the axes."""
+    """Return whether a box lies farther than `bound` from place q along one of the axes."""
     for k in range(3):
         if places[q, k] < low[row, k] - bound or places[q, k] > high[row, k] + bound:
             return True
@@ -33,11 +34,11 @@ def _is_beyond(places, q, low, high, row, bound):
 
 @kernel
 def nearest_facets(places, points, facets, some, centres, reach):
-    """Return the nearest facet (q,) of each place, the squared distance (q,) and the side (q,): 1 ahead.
+    """Return nearest facets (q,) of places (q, 3), squared distances (q,), and sides (q,): 1 ahead or -1.
 
-    some (q,): for each place a facet that is near, best the one with the nearest centre; only facets whose
-    spheres, of `centres` (f, 3) and radii `reach` (f,), come as near are measured, and of blocks of them
-    those whose boxes do. Of equally near facets the first counts.
+    some (q,): a facet near each place, best the one with the nearest centre. centres (f, 3), reach (f,):
+    spheres around the facets; only facets whose spheres, in blocks whose boxes, come as near as that facet
+    are measured. Of equally near facets the first one is returned.
     """
     low, high = _block_boxes(centres, reach)
     nearest, side = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
@@ -71,7 +72,7 @@ def nearest_facets(places, points, facets, some, centres, reach):
 
 @kernel
 def nearest_on_edges(places, points, edges):
-    """Return the point (q, 3) of the edges that is nearest to each place."""
+    """Return the point (q, 3) on the edges (e, 2) that is nearest to each place."""
     result = places.copy()
     for q in range(len(places)):
         best, nearest = np.inf, -1

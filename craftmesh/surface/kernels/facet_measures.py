@@ -1,4 +1,4 @@
-"""Measures of all facets (m, 3) on points (n, 3) at once, and ways of points to their neighbours."""
+"""Measures of all facets (m, 3) on points (n, 3), and vectors from points to their neighbours' means."""
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def shapes_of(points, facets):
 
 @kernel
 def volumes_from(centre, points, facets):
-    """Return the signed volumes (m,) between a place (3,) and the facets: those behind are > 0."""
+    """Return signed volumes (m,) between the point `centre` (3,) and the facets, > 0 if it lies behind."""
     volumes = np.empty(len(facets))
     for f in range(len(facets)):
         a = facets[f, 0]
@@ -53,9 +53,9 @@ def volumes_from(centre, points, facets):
 
 @kernel
 def ways_to_means(points, start, neighbours):
-    """Return the ways (n, 3) from points to the means of their neighbours, 0 without any.
+    """Return vectors (n, 3) from points to the means of their neighbours, 0 without neighbours.
 
-    The neighbours of point v are neighbours[start[v] : start[v + 1]].
+    Point v has the neighbours neighbours[start[v] : start[v + 1]].
     """
     ways = np.zeros(points.shape)
     for v in range(len(points)):

@@ -1,4 +1,4 @@
-"""Shape of single facets: normals, angle scores and distances, on points held by id."""
+"""Shape of single facets, given by point ids: normals, angle scores and distances."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def squared_distance(points, a, b):
 
 @kernel
 def relative_lengths(points, size, edges):
-    """Return the lengths of `edges` (e, 2) over the mean target length of their ends."""
+    """Return lengths (e,) of `edges` (e, 2) in mean target lengths `size` (n,) of their ends."""
     ratio = np.empty(len(edges))
     for n in range(len(edges)):
         a = edges[n, 0]
@@ -44,7 +44,7 @@ def relative_lengths(points, size, edges):
 
 @lean_kernel
 def mean_edge(points, facets, alive, count):
-    """Return the mean length of the first edges of the living ones of the first `count` facets."""
+    """Return the mean length of the first edges of facets marked `alive` among the first `count`."""
     total, living = 0.0, 0
     for f in range(count):
         if alive[f]:
@@ -55,7 +55,7 @@ def mean_edge(points, facets, alive, count):
 
 @lean_kernel
 def cosine_range(points, a, b, c):
-    """Return the cosines of the smallest and of the largest angle; 1 and -1 where degenerate."""
+    """Return the cosines of the smallest and largest angle; 1 and -1 for a degenerate facet."""
     x = squared_distance(points, b, c)
     y = squared_distance(points, a, c)
     z = squared_distance(points, a, b)
@@ -73,20 +73,20 @@ def cosine_range(points, a, b, c):
 
 
 def score_of_angle(degrees: float) -> float:
-    """Return the angle score of a facet whose smallest angle has so many degrees and no other is large."""
+    """Return the angle score of a facet with a smallest angle of `degrees` and no large angle."""
     return float((1.0 - np.cos(np.radians(degrees))) / _LEAST)
 
 
 @lean_kernel
 def angle_score(points, a, b, c):
-    """Return 1 for a facet at 15 or 135 degrees, less beyond, 0 for a degenerate one, more when better."""
+    """Return 1 for a smallest angle of 15 or a largest of 135 degrees, more if better, 0 if degenerate."""
     smallest, largest = cosine_range(points, a, b, c)
     return min((1.0 - smallest) / _LEAST, (1.0 + largest) / _LARGEST)
 
 
 @kernel
 def poor_facets(points, facets, alive, count, score):
-    """Return the living ones of the first `count` facets whose angle score is under `score`."""
+    """Return ids of facets marked `alive`, among the first `count`, whose angle score is below `score`."""
     found = np.empty(count, np.int64)
     n = 0
     for f in range(count):
@@ -98,7 +98,7 @@ def poor_facets(points, facets, alive, count, score):
 
 @lean_kernel
 def keeps_normal(points, reference, f, a, b, c, cosine):
-    """Tell whether the normal of (a, b, c) is within the angle of `cosine` from reference[f]."""
+    """Return whether the normal of (a, b, c) is within an angle of given `cosine` from reference[f]."""
     x, y, z = area_vector(points, a, b, c)
     length = np.sqrt(x * x + y * y + z * z)
     along = x * reference[f, 0] + y * reference[f, 1] + z * reference[f, 2]
@@ -107,7 +107,7 @@ def keeps_normal(points, reference, f, a, b, c, cosine):
 
 @lean_kernel
 def segment_distance2(points, a, b, places, row):
-    """Return the squared distance of the coordinates places[row] from the segment (a, b)."""
+    """Return the squared distance of point places[row] from the segment (a, b)."""
     dx = points[b, 0] - points[a, 0]
     dy = points[b, 1] - points[a, 1]
     dz = points[b, 2] - points[a, 2]
@@ -126,7 +126,7 @@ def segment_distance2(points, a, b, places, row):
 
 @lean_kernel
 def facet_distance2(points, a, b, c, places, row, bound):
-    """Return the squared distance of places[row] from facet (a, b, c); `bound` when that is more."""
+    """Return the squared distance of places[row] from facet (a, b, c), or `bound` if that is smaller."""
     nx, ny, nz = area_vector(points, a, b, c)
     n2 = nx * nx + ny * ny + nz * nz
     wx = places[row, 0] - points[a, 0]
@@ -149,7 +149,7 @@ def facet_distance2(points, a, b, c, places, row, bound):
         wy = places[row, 1] - points[u, 1]
         wz = places[row, 2] - points[u, 2]
         side = (ey * wz - ez * wy) * nx + (ez * wx - ex * wz) * ny + (ex * wy - ey * wx) * nz
-        # the nearest place of the rim is on an edge that the place is beyond
+        # the nearest boundary point is on an edge on whose outer side the place lies
         if side < 0.0 or n2 <= 0.0:
             inside = False
             nearest = min(nearest, segment_distance2(points, u, v, places, row))

@@ -1,7 +1,7 @@
 """Hinges: pairs of facets on a common edge, and how sharp the wedges between them are.
 
-The angle of a hinge is that between the half planes of its facets, 180 degrees where they go on flat. The
-least angle round an edge is always between two facets that follow each other.
+The angle of a hinge is the angle between the half planes of its facets, 180 degrees for coplanar facets.
+The smallest angle around an edge is always between two consecutive facets.
 """
 
 import numpy as np
@@ -10,18 +10,18 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.corner_lists import corner_lists
 from craftmesh.surface.kernels.facet_shape import area_vector
 
-# Degrees: wedges under this count as sharp, for tetrahedra in them are as flat as they are.
+# Angle in degrees below which a wedge is sharp; tetrahedra in a wedge have dihedral angles as small as it.
 SHARP_WEDGE = 12.0
 SHARP_COSINE = np.cos(np.radians(SHARP_WEDGE))
-# The cosine of hinges that are none: no angle is wider.
+# Cosine that stands for "no hinge"; it is below the cosine of any angle.
 OPEN = -2.0
 
 
 @lean_kernel
 def _sharpest_along(points, facets, after, c, b, d):
-    """Return the largest cosine between the facet of corner `c` and others on its edge to `b`.
+    """Return the largest cosine between the facet of corner `c` and others on its edge to vertex `b`.
 
-    Only facets count whose corner at the vertex of `c` is `d` or comes after it in the corner lists.
+    Only facets from corner `d` on in the list of the vertex of `c` are compared.
     """
     ahead, behind = facets[c // 3, (c + 1) % 3], facets[c // 3, (c + 2) % 3]
     a = facets[c // 3, c % 3]
@@ -43,7 +43,7 @@ def _sharpest_along(points, facets, after, c, b, d):
 
 @lean_kernel
 def sharpest_on_facet(points, facets, first, after, f):
-    """Return the largest cosine between facet `f` and the others on its edges."""
+    """Return the largest cosine of the hinges of facet `f`."""
     largest = OPEN
     for k in range(3):
         a, b = facets[f, k], facets[f, (k + 1) % 3]
@@ -53,7 +53,7 @@ def sharpest_on_facet(points, facets, first, after, f):
 
 @kernel
 def sharpest_cosines(points, facets, first, after):
-    """Return for each of the facets (m, 3) the largest cosine between it and others on its edges."""
+    """Return the largest cosine (m,) of the hinges of each of the facets (m, 3)."""
     cosines = np.empty(len(facets))
     for f in range(len(facets)):
         cosines[f] = sharpest_on_facet(points, facets, first, after, f)
@@ -62,7 +62,7 @@ def sharpest_cosines(points, facets, first, after):
 
 @kernel
 def sharp_edges(points, facets, cosine):
-    """Return the edges (k, 2), the lower point first, with a hinge of facets (m, 3) beyond the cosine.
+    """Return edges (k, 2), lower point first, with a hinge of facets (m, 3) whose cosine exceeds `cosine`.
 
     An edge may be listed several times.
     """

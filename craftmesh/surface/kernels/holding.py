@@ -1,4 +1,4 @@
-"""Which triangle of a plane triangulation holds a place."""
+"""Find the triangle of a plane triangulation that contains a point."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from craftmesh.surface.rounding import EXACT
 
 
 def bins_of(nodes: np.ndarray, triangles: np.ndarray) -> Bins:
-    """Return bins of the triangles (m, 3) of nodes (n, 2), about one triangle in each."""
+    """Return bins of the triangles (m, 3) on nodes (n, 2), with about one triangle per bin."""
     flat = np.column_stack([nodes, np.zeros(len(nodes))])
     corners = flat[triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -20,7 +20,7 @@ def bins_of(nodes: np.ndarray, triangles: np.ndarray) -> Bins:
 
 @kernel
 def holding(uv, nodes, triangles, bins):
-    """Return the first of the triangles (m, 3) of nodes (n, 2) that holds each place (k, 2), or -1."""
+    """Return the first of the triangles (m, 3) on nodes (n, 2) to contain each point uv (k, 2), or -1."""
     found = np.full(len(uv), -1)
     grid = bins.grid
     for p in range(len(uv)):
@@ -39,7 +39,7 @@ def holding(uv, nodes, triangles, bins):
 
 @lean_kernel
 def _holds(nodes, a, b, c, u, v):
-    """Whether the triangle a, b, c, turned either way, holds the place u, v."""
+    """Return whether the triangle a, b, c, in either orientation, contains the point u, v."""
     bu, bv = nodes[b, 0] - nodes[a, 0], nodes[b, 1] - nodes[a, 1]
     cu, cv = nodes[c, 0] - nodes[a, 0], nodes[c, 1] - nodes[a, 1]
     u, v = u - nodes[a, 0], v - nodes[a, 1]

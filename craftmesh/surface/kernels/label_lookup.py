@@ -1,17 +1,17 @@
-"""Kernels that tell which label a place has, by the facets above it."""
+"""Kernels that find the label at a position from the facets above it."""
 
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
-# Labels met on the way up from one place; those beyond are not counted.
+# Most labels that are counted above one place; further ones are ignored.
 MAX_LABELS = 64
 
 
 @lean_kernel
 def _turn(points, a, b, x, y):
-    """Return the side of (x, y) on which the line from a to b passes; facets on both sides of it agree."""
+    """Return on which side, 1 or -1, of (x, y) the line a-b passes; both facets of an edge agree."""
     sign = 1.0
     if a > b:
         a, b = b, a
@@ -23,7 +23,7 @@ def _turn(points, a, b, x, y):
 
 @lean_kernel
 def _is_below(points, facets, f, x, y, z):
-    """Return 1 or -1 when facet f, looking up or down, lies straight above the place; else 0."""
+    """Return 1 or -1 if facet f lies straight above the place and faces up or down, else 0."""
     a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
     turn = _turn(points, a, b, x, y)
     if turn != _turn(points, b, c, x, y) or turn != _turn(points, c, a, x, y):
@@ -35,7 +35,7 @@ def _is_below(points, facets, f, x, y, z):
 
 @lean_kernel
 def _count(label, change, found, times, total):
-    """Add `change` to the times a label was found; return how many labels were."""
+    """Add `change` to the count of a label; return the number of labels found so far."""
     for i in range(total):
         if found[i] == label:
             times[i] += change
@@ -49,9 +49,9 @@ def _count(label, change, found, times, total):
 
 @kernel
 def winding_labels(places, bins, points, facets, sides):
-    """Return the label (q,) with the largest winding number round each place; 0 where none is positive.
+    """Return the label (q,) with the largest winding number at each place; 0 if none is positive.
 
-    bins: of the facets (m, 3), over x and y alone.
+    bins: of the facets (m, 3), over x and y only.
     """
     low, width, shape = bins.grid.low, bins.grid.width, bins.grid.shape
     result = np.zeros(len(places), np.int64)

@@ -1,4 +1,4 @@
-"""Kernels on plane triangulations with fixed edges: flips, insertion of points, recovery of edges.
+"""Kernels for plane triangulations with fixed edges: flips, point insertion, edge recovery.
 
 Edge i of a triangle runs from its corner i to its corner i + 1. A point is a row of `uv`.
 """
@@ -10,16 +10,16 @@ import numpy as np
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.rounding import EXACT, ROUNDING
 
-DONE, BLOCKED = 0, 1  # what insert_point says
-COCIRCULAR = 1e-10  # sine of the angle by which a diagonal has to be better, so that no pair flips for ever
+DONE, BLOCKED = 0, 1  # results of insert_point
+COCIRCULAR = 1e-10  # sine of the angle by which a new diagonal must be better, which prevents endless flips
 
 
 class Planar(NamedTuple):
-    """A plane triangulation; every array but `used` has spare rows.
+    """A plane triangulation; every array except `used` has spare rows.
 
-    uv (n, 2) points; corners (t, 3) int64, counter-clockwise; across (t, 3) int64: the triangle on the
-    other side of each edge, or -1; fixed (t, 3) bool: edges that no kernel flips, the same from both
-    sides; used (2,) int64: how many points and triangles there are.
+    uv (n, 2): points; corners (t, 3) int64, counter-clockwise; across (t, 3) int64: triangle on the other
+    side of each edge, or -1; fixed (t, 3): mask of edges that no kernel flips, the same from both sides;
+    used (2,) int64: numbers of points and triangles in use.
     """
 
     uv: np.ndarray
@@ -30,16 +30,16 @@ class Planar(NamedTuple):
 
     @property
     def triangles(self) -> np.ndarray:
-        """(t, 3) the corners of the triangles in use."""
+        """(t, 3) corners of the triangles in use."""
         return self.corners[: self.used[1]]
 
 
 class Candidates(NamedTuple):
-    """Points that may be inserted: uv (k, 2), and for each the least distances it has to keep.
+    """Points that may be inserted: uv (k, 2), and the smallest distances that each has to keep.
 
-    start (k,): a triangle from which the candidate is reached without crossing a fixed edge; spacing (k,)
-    from the corners of the triangle that holds it and of the neighbours; clearance (k,) from fixed edges
-    of that triangle.
+    start (k,): triangle from which a candidate can be reached without crossing a fixed edge; spacing (k,):
+    from the corners of the containing triangle and its neighbours; clearance (k,): from fixed edges of that
+    triangle.
     """
 
     uv: np.ndarray
@@ -50,19 +50,19 @@ class Candidates(NamedTuple):
 
 @lean_kernel
 def turn(uv, a, b, c):
-    """Twice the signed area of a, b, c."""
+    """Return twice the signed area of triangle a, b, c."""
     return (uv[b, 0] - uv[a, 0]) * (uv[c, 1] - uv[a, 1]) - (uv[b, 1] - uv[a, 1]) * (uv[c, 0] - uv[a, 0])
 
 
 @lean_kernel
 def squared_distance(uv, a, b):
-    """The square of the distance of a and b."""
+    """Return the squared distance between points a and b."""
     return (uv[a, 0] - uv[b, 0]) ** 2 + (uv[a, 1] - uv[b, 1]) ** 2
 
 
 @lean_kernel
 def _edge_from(mesh, t, a):
-    """The edge of triangle t that starts at point a; -1 where a is no corner of t."""
+    """Return the edge of triangle t that starts at point a; -1 if a is not a corner of t."""
     for i in range(3):
         if mesh.corners[t, i] == a:
             return i
@@ -71,7 +71,7 @@ def _edge_from(mesh, t, a):
 
 @lean_kernel
 def _edges(mesh, t, i):
-    """The three edges of t from edge i on, each as the triangle across it and whether it is fixed."""
+    """Return the three edges of t from edge i on, each as (triangle across, is fixed)."""
     j, k = (i + 1) % 3, (i + 2) % 3
     return (
         (mesh.across[t, i], mesh.fixed[t, i]),
@@ -82,13 +82,13 @@ def _edges(mesh, t, i):
 
 @lean_kernel
 def _free(u):
-    """The edge that leads to triangle u and is not fixed."""
-    return u, bool(0)  # a plain False is a type of its own: what gets it would be compiled once more
+    """Return an edge to triangle u that is not fixed, as (triangle across, is fixed)."""
+    return u, bool(0)  # False is a literal type in numba; each function that gets it would compile again
 
 
 @lean_kernel
 def _put(mesh, t, corners, first, second, third):
-    """Make t the triangle of `corners` with these three edges; the triangles across are not told."""
+    """Set the corners and edges (across, fixed) of t; the triangles across are not updated."""
     for i in range(3):
         mesh.corners[t, i] = corners[i]
     mesh.across[t, 0], mesh.fixed[t, 0] = first
@@ -98,7 +98,7 @@ def _put(mesh, t, corners, first, second, third):
 
 @lean_kernel
 def _tell_neighbours(mesh, t):
-    """Let the triangles across the edges of t have t across theirs."""
+    """Set t as the triangle across in all neighbours of t."""
     for i in range(3):
         u = mesh.across[t, i]
         if u >= 0:
@@ -107,9 +107,9 @@ def _tell_neighbours(mesh, t):
 
 @lean_kernel
 def _pair(mesh, t, i):
-    """The two triangles at the inner edge i of t: its ends a, b, the apex c of t, and u with its apex d.
+    """Return, for the inner edge i of t: its ends a and b, apex c of t, neighbour u, apex d of u, and j.
 
-    Also the edge j of u that is the same edge, from b to a.
+    j is the same edge in u, where it runs from b to a.
     """
     a, b, c = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3], mesh.corners[t, (i + 2) % 3]
     u = mesh.across[t, i]
@@ -119,7 +119,7 @@ def _pair(mesh, t, i):
 
 @kernel
 def _prefers_flip(uv, a, b, c, d):
-    """Whether edge a-b with c ahead and d behind it is better replaced by c-d (Delaunay, convex)."""
+    """Return whether diagonal c-d is better than edge a-b, with c ahead and d behind (Delaunay, convex)."""
     if turn(uv, c, d, b) <= 0.0 or turn(uv, d, c, a) <= 0.0:
         return False
     ca, cb = (uv[a] - uv[c]), (uv[b] - uv[c])
@@ -132,7 +132,7 @@ def _prefers_flip(uv, a, b, c, d):
 
 @lean_kernel
 def flip(mesh, t, i):
-    """Replace the inner edge i of t by the other diagonal of the two triangles at it."""
+    """Replace the inner edge i of t by the other diagonal of its two triangles."""
     a, b, c, u, d, j = _pair(mesh, t, i)
     _, bc, ca = _edges(mesh, t, i)
     _, ad, db = _edges(mesh, u, j)
@@ -144,7 +144,7 @@ def flip(mesh, t, i):
 
 @kernel
 def _legalise(mesh, waiting):
-    """Flip free edges of the triangles `waiting`, the last first, until they are constrained Delaunay."""
+    """Flip free edges of the triangles `waiting`, last first, until they are constrained Delaunay."""
     height = len(waiting)
     stack = np.concatenate((waiting, waiting))
     while height > 0:
@@ -171,10 +171,10 @@ def legalise_all(mesh):
 
 @lean_kernel
 def locate(mesh, start, point, through_fixed):
-    """Walk from triangle `start` to the one that holds `point`; -1 where the rim or a fixed edge stops it.
+    """Walk from triangle `start` to the one that contains `point`; return -1 if the walk is stopped.
 
-    through_fixed: fixed edges do not stop it. A point behind an edge by EXACT of its length is inside.
-    -1 also where the walk runs in circles.
+    The boundary, fixed edges unless through_fixed, and a walk in circles stop it. A point beyond an edge by
+    at most EXACT of its length counts as inside.
     """
     t = start
     for _ in range(2 * len(mesh.corners) + 10):
@@ -194,14 +194,14 @@ def locate(mesh, start, point, through_fixed):
 
 @lean_kernel
 def _new_triangles(mesh):
-    """Take two spare rows into use and return them."""
+    """Return the ids of two spare triangles and mark them as used."""
     mesh.used[1] += 2
     return mesh.used[1] - 2, mesh.used[1] - 1
 
 
 @lean_kernel
 def _split_triangle(mesh, t, point):
-    """Part t into three triangles about `point`; return the two that are new."""
+    """Split t into three triangles at `point`; return the two new ones."""
     a, b, c = mesh.corners[t]
     ab, bc, ca = _edges(mesh, t, 0)
     u, w = _new_triangles(mesh)
@@ -215,9 +215,9 @@ def _split_triangle(mesh, t, point):
 
 @lean_kernel
 def split_inner_edge(mesh, t, i, point):
-    """Put `point` on the inner edge i of t: two triangles become four, no edge is flipped.
+    """Split the inner edge i of t at `point`: two triangles become four, no edge is flipped.
 
-    The halves are fixed where the edge was. Return the two new triangles.
+    The halves are fixed if the edge was. Return the two new triangles.
     """
     a, b, c, u, d, j = _pair(mesh, t, i)
     _, bc, ca = _edges(mesh, t, i)
@@ -235,7 +235,7 @@ def split_inner_edge(mesh, t, i, point):
 
 @lean_kernel
 def _meets_on_wall(mesh, t, i, walls, corners):
-    """Whether one wall holds edge i of t, or with `corners` 3 all of t."""
+    """Return whether one wall holds the first `corners` (2 or 3) corners of t, counted from edge i on."""
     for w in range(walls.shape[1]):
         held = True
         for k in range(corners):
@@ -248,10 +248,10 @@ def _meets_on_wall(mesh, t, i, walls, corners):
 
 @lean_kernel
 def split_within_walls(mesh, walls, corners):
-    """Split at their middles the free edges between two points of one wall; return how many.
+    """Split free edges between two points of one wall at their midpoints; return their number.
 
-    walls (n, w): which of the first n points lie on each wall. corners: 2, or 3 for the edges of triangles
-    with all corners on one wall alone. There has to be room for the middle of every edge.
+    walls (n, w): mask of the first n points that lie on each wall. corners: 2, or 3 to split only edges of
+    triangles with all corners on one wall. There must be spare rows for the midpoint of every edge.
     """
     first = mesh.used[0]
     t = 0
@@ -269,9 +269,9 @@ def split_within_walls(mesh, walls, corners):
 
 @kernel
 def insert_point(mesh, t, point):
-    """Insert `point`, which lies in triangle t, and legalise around it; BLOCKED on a fixed or rim edge.
+    """Insert `point`, inside triangle t, and legalise around it; BLOCKED if on a fixed or outer edge.
 
-    There have to be two spare triangles.
+    Two spare triangles are required.
     """
     changed = np.empty(4, np.int64)
     for i in range(3):
@@ -292,9 +292,10 @@ def insert_point(mesh, t, point):
 
 @kernel
 def insert_spaced(mesh, candidates, frozen):
-    """Insert the candidates that keep their distances, in order, and return how many.
+    """Insert the candidates that keep their distances, in order; return how many were inserted.
 
-    frozen (t,): triangles in which nothing is inserted. There has to be room for all candidates.
+    frozen (t,): mask of triangles into which nothing is inserted. There must be spare rows for all
+    candidates.
     """
     inserted = 0
     for k in range(len(candidates.uv)):
@@ -313,7 +314,11 @@ def insert_spaced(mesh, candidates, frozen):
 
 @lean_kernel
 def _is_clear(mesh, t, point, spacing, clearance):
-    """Whether `point` in t is off the corners of t and of its neighbours, and off the fixed edges of t."""
+    """Return whether `point` in triangle t keeps its distances.
+
+    These are `spacing` from the corners of t and of its neighbours, and `clearance` from the fixed edges of
+    t.
+    """
     for i in range(3):
         a, b = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3]
         if squared_distance(mesh.uv, a, point) < spacing * spacing:
@@ -331,10 +336,10 @@ def _is_clear(mesh, t, point, spacing, clearance):
 
 @lean_kernel
 def recover_edge(mesh, a, b):
-    """Make the segment a-b an edge by flipping the free edges that cross it; False where it cannot be.
+    """Make the segment a-b an edge by flipping free edges that cross it; return False if impossible.
 
-    Each round runs over all triangles, and an edge that leaves no convex pair waits for the next: the cost
-    is triangles times rounds. It serves the few segments that bound no polygon, before the refinement.
+    Each pass visits all triangles, and an edge without a convex pair waits for the next pass: the cost is
+    triangles times passes. It is used before the refinement, for the few segments that bound no polygon.
     """
     for _ in range(10 * mesh.used[1] + 100):
         if _has_edge(mesh, a, b):
@@ -354,7 +359,7 @@ def _has_edge(mesh, a, b):
 
 @lean_kernel
 def _flip_crossing(mesh, a, b):
-    """Flip the free edges that cross the segment a-b where that makes proper triangles; say if any did."""
+    """Flip free edges that cross the segment a-b if triangles stay valid; return whether any flipped."""
     flipped = False
     for t in range(mesh.used[1]):
         for i in range(3):
@@ -372,7 +377,7 @@ def _flip_crossing(mesh, a, b):
 
 @lean_kernel
 def _crosses(uv, a, b, p, q):
-    """Whether the segments a-b and p-q, which share no point, cross in their interiors."""
+    """Return whether segments a-b and p-q cross in their interiors; False if they share a point."""
     if a == p or a == q or b == p or b == q:
         return False
     return turn(uv, a, b, p) * turn(uv, a, b, q) < 0.0 and turn(uv, p, q, a) * turn(uv, p, q, b) < 0.0

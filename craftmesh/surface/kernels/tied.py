@@ -1,4 +1,4 @@
-"""Tied vertices: those at which sheets of facets meet in the vertex alone."""
+"""Non-manifold vertices (tied nodes): vertices where parts of the surface meet without a common edge."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from craftmesh.surface.kernels.corner_lists import corner_lists
 
 @kernel
 def tied_vertices(facets, count):
-    """Return (count,) bool: vertices whose facets (m, 3) fall into groups that share no edge there."""
+    """Return a mask (count,) of vertices whose facets (m, 3) form groups that share no edge there."""
     first, after = corner_lists(facets, count)
     tied = np.zeros(count, np.bool_)
-    reached = np.full(count, -1)  # the last vertex from whose first facet each one was reached
+    reached = np.full(count, -1)  # last vertex v from whose first facet each vertex was reached
     for v in range(count):
         reached[v] = v
         grown = first[v] >= 0

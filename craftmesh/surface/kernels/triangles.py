@@ -1,14 +1,14 @@
-"""Intersection of two triangles that may share vertices."""
+"""Test whether two triangles, which may share vertices, intersect."""
 
 import numpy as np
 
 from craftmesh.jit import lean_kernel
 
-# Points closer to a plane or a line than this fraction of the triangles' size count as on it.
+# Distance from a plane or line, in sizes of the triangles, below which a point is on it.
 CONTACT = 1e-9
-# The sine of the angle between two facets of one edge below which they count as folded onto each other.
+# Sine of the angle between two facets of one edge below which they are folded onto each other.
 FOLD = 1e-6
-# Triangles whose height is below this fraction of their size have no usable normal.
+# Height of a triangle, in its sizes, below which it has no usable normal.
 FLAT = 1e-13
 
 
@@ -40,7 +40,7 @@ def _squared_size(points, a, b, c):
 
 @lean_kernel
 def _height(points, origin, normal, length, contact, x):
-    """Signed distance of point x from a plane, snapped to 0 within `contact`."""
+    """Return the signed distance of point x from a plane, set to 0 within `contact`."""
     if length == 0.0:
         return 0.0
     distance = _dot(normal, _between(points, origin, x)) / length
@@ -49,9 +49,9 @@ def _height(points, origin, normal, length, contact, x):
 
 @lean_kernel
 def _clear(size, normal):
-    """Return the square of what a point's `_height` times the normal's length has clearly beyond contact.
+    """Return the square of (height times normal's length) above which a point is clearly out of contact.
 
-    Infinite where the triangle of this normal may be flat; size: as `_squared_size`.
+    It is inf where the triangle with this normal may be flat; size: as from `_squared_size`.
     """
     square = _dot(normal, normal)
     if square <= (2.0 * FLAT * size) ** 2:
@@ -61,7 +61,7 @@ def _clear(size, normal):
 
 @lean_kernel
 def _dominant_axes(normal):
-    """The two axes of the coordinate plane that sees a triangle with this normal best."""
+    """Return the two axes of the coordinate plane that a triangle with this normal is most parallel to."""
     x, y, z = abs(normal[0]), abs(normal[1]), abs(normal[2])
     if x >= y and x >= z:
         return 1, 2
@@ -79,7 +79,7 @@ def _cross_2d(points, o, a, b, i, j):
 
 @lean_kernel
 def _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact):
-    """Whether a line along an edge of triangle a has all of triangle b strictly on its outer side."""
+    """Return whether the line of an edge of triangle a has all of triangle b strictly on its outside."""
     turn = 1.0 if _cross_2d(points, a0, a1, a2, i, j) > 0.0 else -1.0
     for p, q in ((a0, a1), (a1, a2), (a2, a0)):
         length = np.hypot(points[q, i] - points[p, i], points[q, j] - points[p, j])
@@ -95,7 +95,7 @@ def _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact):
 
 @lean_kernel
 def _in_sector(points, s, p, q, x, i, j):
-    """Whether the ray from s to x lies in the closed angle p-s-q of a coplanar triangle."""
+    """Return whether the ray from s to x lies in the closed angle p-s-q of a coplanar triangle."""
     turn = 1.0 if _cross_2d(points, s, p, q, i, j) > 0.0 else -1.0
     lp = np.hypot(points[p, i] - points[s, i], points[p, j] - points[s, j])
     lq = np.hypot(points[q, i] - points[s, i], points[q, j] - points[s, j])
@@ -108,7 +108,7 @@ def _in_sector(points, s, p, q, x, i, j):
 
 @lean_kernel
 def _edge_hits(points, p, q, hp, hq, a, b, c, i, j):
-    """Whether the edge p-q, at heights hp and hq over the plane of a-b-c, meets the closed triangle."""
+    """Return whether edge p-q, at heights hp and hq over the plane of a-b-c, meets the closed triangle."""
     if (hp == 0.0 and hq == 0.0) or hp * hq > 0.0:
         return False
     s = hp / (hp - hq)
@@ -126,7 +126,7 @@ def _edge_hits(points, p, q, hp, hq, a, b, c, i, j):
 
 @lean_kernel
 def _folded(points, a, b, c, d):
-    """Whether triangles a-b-c and a-b-d lie on each other (or one of them is flat)."""
+    """Return whether triangles a-b-c and a-b-d lie on each other, or one of them is flat."""
     edge = _between(points, a, b)
     n, m = _cross(edge, _between(points, a, c)), _cross(edge, _between(points, a, d))
     square, along = _dot(n, n) * _dot(m, m), _dot(n, m)
@@ -141,12 +141,12 @@ def _folded(points, a, b, c, d):
 
 @lean_kernel
 def _meet_beyond_vertex(points, s, p, q, r, t):
-    """Whether triangles s-p-q and s-r-t meet in more than their common vertex s."""
+    """Return whether triangles s-p-q and s-r-t meet in more than their common vertex s."""
     m = _normal(points, s, r, t)
     size = max(_squared_size(points, s, p, q), _squared_size(points, s, r, t))
     over_p, over_q = _dot(m, _between(points, s, p)), _dot(m, _between(points, s, q))
     if over_p * over_q > 0.0 and min(over_p * over_p, over_q * over_q) > _clear(size, m):
-        return False  # the usual case, without a root
+        return False  # the usual case, without a square root
     n = _normal(points, s, p, q)
     ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
     contact = CONTACT * np.sqrt(size)
@@ -183,7 +183,7 @@ def _sectors_meet(points, s, p, q, r, t, i, j):
 
 @lean_kernel
 def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
-    """Whether two triangles without a common vertex touch, cross or overlap."""
+    """Return whether two triangles without a common vertex touch, cross or overlap."""
     n = _normal(points, a0, a1, a2)
     size = max(_squared_size(points, a0, a1, a2), _squared_size(points, b0, b1, b2))
     first = _dot(n, _between(points, a0, b0))
@@ -191,7 +191,7 @@ def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
     third = _dot(n, _between(points, a0, b2))
     least = min(first * first, second * second, third * third)
     if first * second > 0.0 and first * third > 0.0 and least > _clear(size, n):
-        return False  # the usual case, without a root
+        return False  # the usual case, without a square root
     m = _normal(points, b0, b1, b2)
     ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
     contact = CONTACT * np.sqrt(size)
@@ -233,11 +233,11 @@ def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
 
 @lean_kernel
 def triangles_intersect(points, a0, a1, a2, b0, b1, b2):
-    """Whether two triangles, given by ids into points (n, 3), meet in more than the vertices they share.
+    """Return whether two triangles, given by ids, meet in more than the vertices that they share.
 
-    Touching counts as meeting. Triangles with three common ids meet; with two, when they are folded
-    onto each other; with one, when an opposite edge meets the other triangle or, in one plane, their
-    angles at the common vertex overlap; with none, when they touch, cross or overlap in one plane.
+    Touching counts as meeting. Triangles with three common ids meet; with two, if they are folded onto each
+    other; with one, if an opposite edge meets the other triangle or, in one plane, their angles at the
+    common vertex overlap; with none, if they touch, cross or overlap in one plane.
     """
     shared = 0
     a_first = a_second = b_first = b_second = 0

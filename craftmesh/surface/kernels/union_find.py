@@ -5,9 +5,9 @@ from craftmesh.jit import lean_kernel
 
 @lean_kernel
 def root_of(parent, element):
-    """Return the root of an element, whose parent is the root itself; the way to it gets shorter.
+    """Return the root of an element, which is its own parent; the path to it is shortened.
 
-    parent (n,): another element of the same piece, for each element.
+    parent (n,): for each element, another element of the same piece, or itself.
     """
     while parent[element] != element:
         parent[element] = parent[parent[element]]
