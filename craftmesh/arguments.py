@@ -1,4 +1,4 @@
-"""What callers hand to the library, checked before anything is cast: arrays, and craftmesh's own types."""
+"""Checks of what callers pass to the library, before any conversion: arrays and craftmesh's own types."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -15,17 +15,18 @@ from craftmesh.options import alternatives
 
 Function = TypeVar("Function", bound=Callable)
 
-LARGEST = 1e100  # of a coordinate or length: the volume, its cube, is still a float
+LARGEST = 1e100  # largest coordinate or length; its cube, a volume, is still a finite float
 
 
 def as_array(
     name: str, value: ArrayLike, dtype: DTypeLike, shape: tuple, *, finite: bool = True
 ) -> np.ndarray:
-    """Return `value` as a read-only C-contiguous copy of `dtype`; None in `shape` admits any length.
+    """Return `value` as a read-only C-contiguous copy of `dtype`; None in `shape` allows any length.
 
-    Whole numbers may be given as floats such as 3.0. Raises CraftmeshError for what is no array of numbers
-    (truth values, text, other libraries' objects), another shape, numbers that `dtype` does not hold
-    without loss, and, unless `finite` is False, floats that are not finite or over LARGEST.
+    Integers may be given as floats such as 3.0. Raises CraftmeshError if `value` is not an array of numbers
+    (booleans, text, other libraries' objects), has another shape, or, for an integer `dtype`, holds
+    fractions or values out of its range. Unless `finite` is False, floats must be finite and at most
+    LARGEST in size.
     """
     whole = np.dtype(dtype).kind in "iu"
     lengths = ", ".join("n" if length is None else str(length) for length in shape)
@@ -33,16 +34,16 @@ def as_array(
     try:
         given = np.asarray(value)
     except (TypeError, ValueError):
-        raise CraftmeshError(f"{name} has rows of unlike lengths; expected {wanted}") from None
+        raise CraftmeshError(f"{name} has rows of different lengths; expected {wanted}") from None
     if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
         what = f"a {type(value).__name__}" if not isinstance(value, (list, tuple, np.ndarray)) else None
         raise CraftmeshError(f"{name} is {what or f'an array of {given.dtype}'}; expected {wanted}")
-    if given.shape == (0,) and shape[:1] == (None,):  # []: none, of whatever shape
+    if given.shape == (0,) and shape[:1] == (None,):  # [] stands for no rows of any shape
         given = given.reshape([length or 0 for length in shape])
     if given.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, given.shape)):
         raise CraftmeshError(f"{name} has shape {given.shape}; expected ({lengths})")
     if whole and not np.can_cast(given.dtype, dtype) and given.size:
-        _refuse_lossy(name, given, np.iinfo(dtype))  # type: ignore[arg-type]  # it is whole
+        _refuse_lossy(name, given, np.iinfo(dtype))  # type: ignore[arg-type]  # an integer type, as checked
     array = np.array(given, dtype=dtype, order="C")
     if finite and not whole and not (held := np.abs(array) <= LARGEST).all():
         place = tuple(np.argwhere(~held)[0].tolist())
@@ -53,10 +54,10 @@ def as_array(
 
 
 def _refuse_lossy(name: str, given: np.ndarray, limits: np.iinfo) -> None:
-    """Raise CraftmeshError unless numbers are whole and within the limits of a type."""
+    """Raise CraftmeshError unless all numbers `given` are integers within the `limits` of a dtype."""
     if given.dtype.kind == "f":
         with np.errstate(invalid="ignore"):
-            broken = given % 1 != 0  # nan and inf too
+            broken = given % 1 != 0  # True for nan and inf too
         if broken.any():
             raise CraftmeshError(f"{name} holds {given[broken][0]}; expected whole numbers")
     low, high = given.min(), given.max()
@@ -66,26 +67,26 @@ def _refuse_lossy(name: str, given: np.ndarray, limits: np.iinfo) -> None:
 
 
 class Frozen:
-    """Base of frozen dataclasses of arrays: the constructor makes copies too, so they stay read-only."""
+    """Base of frozen dataclasses of arrays: copies pass through the constructor and stay read-only."""
 
     def __reduce__(self) -> tuple[type, tuple]:
         values = (getattr(self, item.name) for item in fields(cast(Any, self)))
         return type(self), tuple(dict(one) if isinstance(one, MappingProxyType) else one for one in values)
 
     def _convert(self, name: str, dtype: DTypeLike, shape: tuple, *, finite: bool = True) -> None:
-        """Replace a field by a checked, read-only array, see `as_array`."""
+        """Replace the array field `name` by a checked, read-only copy; the rest as in `as_array`."""
         array = as_array(f"{type(self).__name__}.{name}", getattr(self, name), dtype, shape, finite=finite)
         object.__setattr__(self, name, array)
 
     def _convert_mapping(self, name: str) -> None:
-        """Replace a field by a read-only copy of the mapping that it is."""
+        """Replace the field `name` by a read-only copy; raise CraftmeshError if it is no mapping."""
         value = getattr(self, name)
         refuse_others(f"{type(self).__name__}.{name}", value, (Mapping,))
         object.__setattr__(self, name, MappingProxyType(dict(value)))
 
 
 def check_indices(name: str, indices: np.ndarray, count: int, of: str = "points") -> None:
-    """Raise CraftmeshError unless all indices are of `count` things."""
+    """Raise CraftmeshError unless all indices are in 0 ... count - 1; `of` names the objects."""
     if indices.size and (indices.min() < 0 or indices.max() >= count):
         raise CraftmeshError(
             f"{name} refers to {of} {indices.min()}..{indices.max()}; there are {count} {of}, from 0"
@@ -93,9 +94,9 @@ def check_indices(name: str, indices: np.ndarray, count: int, of: str = "points"
 
 
 def typed(function: Function) -> Function:
-    """Return `function`, refusing arguments that are not of the classes in its signature.
+    """Return `function` wrapped to check its arguments against the classes in its signature.
 
-    Arrays, and what iterables hold that are no lists or tuples, are the function's own matter. Raises
+    Arrays are not checked, nor the items of iterables other than lists and tuples. The wrapper raises
     CraftmeshError.
     """
     signature = inspect.signature(function)
@@ -110,14 +111,14 @@ def typed(function: Function) -> Function:
 
 
 def refuse_others(name: str, value: object, classes: tuple[type, ...]) -> None:
-    """Raise CraftmeshError unless `value` is of one of the classes; none admit everything."""
+    """Raise CraftmeshError unless `value` is of one of the classes; an empty tuple allows any value."""
     if classes and not isinstance(value, classes):
         wanted = " or ".join("None" if kind is type(None) else kind.__name__ for kind in classes)
         raise CraftmeshError(f"{name} is a {type(value).__name__}; expected {wanted}")
 
 
 def refuse_unlike(name: str, value: object, hint: Any) -> None:
-    """Raise CraftmeshError unless `value`, and what a list or tuple holds, is of the hint's classes."""
+    """Raise CraftmeshError unless `value`, and each item of a list or tuple, is of a class of `hint`."""
     parts = alternatives(hint)
     classes = tuple(get_origin(part) or part for part in parts)
     if any(not isinstance(kind, type) or kind in (np.ndarray, Any) for kind in classes):

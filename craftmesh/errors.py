@@ -1,4 +1,4 @@
-"""The one family of errors that craftmesh raises on purpose, and how messages write numbers and names."""
+"""CraftmeshError, the base of all errors that craftmesh raises on purpose, and formats for messages."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -10,22 +10,22 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-INTERRUPTED = 130  # the status of what a signal ends, in shells
+INTERRUPTED = 130  # exit status after a signal; shells report 128 + SIGINT after Ctrl-C
 
 
 class CraftmeshError(Exception):
-    """An input or a state that craftmesh refuses, said in one line that names what to do.
+    """An invalid input or state, described in one line that says what to do.
 
-    The message names the key, file or grain, the value found, what is expected and what to do.
-    The command line prints it as it is and exits with status 1.
+    The message names the key, file or grain, the value found, what is expected and what to do. The command
+    line prints the message unchanged and exits with status 1.
     """
 
 
 class MeshingError(CraftmeshError):
-    """Grains that no attempt could mesh.
+    """No meshing attempt succeeded for some grains.
 
-    `failures`: one GrainFailure (craftmesh.tetrahedra.diagnose) per grain that failed; `done`: GrainTets of
-    all others; `report`: the stage's report with every attempt.
+    `failures`: one GrainFailure (craftmesh.tetrahedra.diagnose) per failed grain; `done`: GrainTets of all
+    other grains; `report`: the stage's report with every attempt.
     """
 
     def __init__(self, message: str, failures: tuple = (), done: tuple = (), report: dict | None = None):
@@ -37,7 +37,7 @@ class MeshingError(CraftmeshError):
 
 @contextmanager
 def named(place: object) -> Iterator[None]:
-    """Begin the message of a CraftmeshError that is raised within with a place: a file, a row or a key."""
+    """Prefix `place` (file, row or key) to the message of a CraftmeshError raised in the `with` block."""
     try:
         yield
     except CraftmeshError as error:
@@ -45,22 +45,23 @@ def named(place: object) -> Iterator[None]:
 
 
 def existing(path: "str | os.PathLike", advice: str = "check the path") -> Path:
-    """Return the path of a file or a folder; raises CraftmeshError, with what to do, where it is neither.
+    """Return `path` as a Path; raise CraftmeshError unless it is a regular file or a folder.
 
-    A FIFO would stop its reader, a device may have no end.
+    advice: what to do if the path does not exist. FIFOs and devices are rejected: a FIFO would block its
+    reader, and a device may have no end.
     """
     path = Path(path)
     if not path.exists():
         raise CraftmeshError(f"{path}: no such file; {advice}")
     if not (path.is_file() or path.is_dir()):
         raise CraftmeshError(
-            f"{path}: is no regular file but a FIFO, a socket or a device; copy its data into a file"
+            f"{path}: not a regular file but a FIFO, socket or device; copy its data into a file"
         )
     return path
 
 
 def existing_file(path: "str | os.PathLike", advice: str = "check the path") -> Path:
-    """Return the path of a file; errors as `existing`, and for a folder."""
+    """Return `path` as a Path; raise CraftmeshError as `existing` does, and for a folder."""
     file = existing(path, advice)
     if file.is_dir():
         raise CraftmeshError(f"{path}: is a folder; {advice}")
@@ -68,19 +69,19 @@ def existing_file(path: "str | os.PathLike", advice: str = "check the path") -> 
 
 
 def told(places: "np.ndarray") -> list:
-    """Return an array of any shape as lists of numbers with six digits, enough to find a place again."""
-    import numpy as np  # not for `craftmesh --help`
+    """Return an array of any shape as nested lists of its numbers, rounded to six significant digits."""
+    import numpy as np  # imported here, because `craftmesh --help` needs no numpy
 
     return np.reshape([float(f"{x:.6g}") for x in np.ravel(places)], np.shape(places)).tolist()
 
 
 def listed(names: Iterable) -> str:
-    """Return names for an error message, the first two dozen where there are more: a section's keys fit."""
+    """Return names joined for an error: at most 24, enough for a section's keys, and how many more."""
     names = list(names)
     more = f" and {len(names) - 24} more" if len(names) > 24 else ""
     return (", ".join(map(str, names[:24])) or "none") + more
 
 
 def counted(voxels: int, total: int) -> str:
-    """Return a number of voxels and their share of the volume, in words."""
+    """Return a number of voxels and its percentage of `total` as a text."""
     return f"{voxels} voxels ({100 * voxels / total:.2g} %)"

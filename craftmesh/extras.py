@@ -1,17 +1,17 @@
-"""The door to packages that an extra of craftmesh brings: one that is missing is named in one line."""
+"""Import of optional packages: a missing package gives a one-line error that names the extra to install."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from craftmesh.errors import CraftmeshError
 
-# Packages that are imported under another name.
+# Name of a package on the index by its import name, where the two differ.
 _PACKAGES = {"nrrd": "pynrrd", "PIL": "pillow"}
 
 
 @contextmanager
 def extra(name: str) -> Iterator[None]:
-    """Import within this what the extra `name` brings; raise CraftmeshError if a package is missing."""
+    """Import the packages of the extra `name` in this `with` block; a missing one raises CraftmeshError."""
     try:
         yield
     except ModuleNotFoundError as error:

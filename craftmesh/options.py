@@ -1,4 +1,4 @@
-"""Fields of the stages' frozen option classes: one definition serves library, CLI and config."""
+"""Option fields of the stages' frozen dataclasses; library, command line and configuration share them."""
 
 import importlib
 import math
@@ -18,7 +18,7 @@ from craftmesh.errors import CraftmeshError
 
 
 class Bound(NamedTuple):
-    """A kind of bound: its sign in messages, its key in a JSON schema, and when a value keeps it."""
+    """A kind of bound: its sign in messages, its key in a JSON schema, its test holds(value, limit)."""
 
     sign: str
     schema_key: str
@@ -46,10 +46,10 @@ def option(
     below: float | None = None,
     at_most: float | None = None,
 ) -> Any:
-    """Return a dataclass field that carries its own help text, unit, admitted values and bounds.
+    """Return a dataclass field that carries its help text, unit, allowed values and bounds.
 
-    `default` may be MISSING for a value that the user has to give. Bounds hold for each number of a
-    tuple; None, where the type admits it, has no bounds.
+    `default` is MISSING if the user must give the value. A bound applies to each number of a tuple. The
+    value None, where the type allows it, has no bounds.
     """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     given = {name: limit for name, limit in bounds.items() if limit is not None}
@@ -60,10 +60,10 @@ def option(
 
 
 class Options:
-    """Base of the option classes: values of a wrong type or out of bounds are refused at once."""
+    """Base of the option classes: the constructor rejects values of a wrong type or out of bounds."""
 
     def __post_init__(self) -> None:
-        """Raise CraftmeshError for the first field that is not what its `option` admits."""
+        """Raise CraftmeshError for the first field whose value its `option` does not allow."""
         hints = hints_of(type(self))  # type: ignore[arg-type]  # a class is hashable
         for item in fields(self):  # type: ignore[arg-type]  # those who inherit are dataclasses
             value, hint = getattr(self, item.name), hints[item.name]
@@ -75,18 +75,18 @@ class Options:
 
 @cache
 def hints_of(cls: type) -> dict[str, Any]:
-    """Return the types of an option class's fields by name."""
+    """Return the type hints of an option class by field name."""
     return typing.get_type_hints(cls)
 
 
 def alternatives(hint: Any) -> tuple:
-    """Return the types that a field may have: the parts of a union, or the type itself."""
+    """Return the types that a type hint allows: the members of a union, or the hint itself."""
     is_union = isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
     return typing.get_args(hint) if is_union else (hint,)
 
 
 def items_of(hint: Any) -> tuple[Any, int | None] | None:
-    """Return the type of a tuple's items and their number (None: any); None where it is no tuple."""
+    """Return (item type, length) of a tuple's type hint, None for any length; None for other hints."""
     if typing.get_origin(hint) is not tuple:
         return None
     parts = typing.get_args(hint)
@@ -123,12 +123,12 @@ def _is_one(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
 def _is_finite(value: Any) -> bool:
     try:
         return math.isfinite(value)
-    except OverflowError:  # a whole number beyond those of floats
+    except OverflowError:  # an integer too large for a float
         return False
 
 
 def expectation(hint: Any, metadata: Mapping[str, Any]) -> str:
-    """Return in words what an option admits: "a number > 0 and < 90, in degrees"."""
+    """Return a text that describes the values an option allows: "a number > 0 and < 90, in degrees"."""
     if metadata.get("choices"):
         return "one of " + ", ".join(map(repr, metadata["choices"]))
     kinds = [part for part in alternatives(hint) if part is not types.NoneType]
@@ -151,25 +151,24 @@ def _described(hint: Any, metadata: Mapping[str, Any]) -> str:
 
 
 def own_code(key: str, name: str, known: Sequence[str]) -> Any:
-    """Return what the option `key` names as package.module:NAME, a class or function of the user's own.
+    """Import and return the user's class or function that `name` gives as package.module:NAME.
 
-    known: the names that the option has besides. Raises CraftmeshError for what is neither, for a module
-    that cannot be imported, whatever it raises, and for what cannot be called.
+    key: the option's name; known: its built-in values, which errors list. Raises CraftmeshError if `name`
+    has no colon, if the import raises any exception, or if the object is not callable.
     """
     module, colon, attribute = name.partition(":")
     if not colon:
         near = get_close_matches(name, known, 1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise CraftmeshError(
-            f"{key} is {name!r}; expected one of {', '.join(known)}, or package.module:NAME of your "
-            f"own{hint}"
+            f"{key} is {name!r}; expected one of {', '.join(known)}, or your own package.module:NAME{hint}"
         )
     try:
         found = getattr(importlib.import_module(module), attribute)
-    except Exception as error:  # a plug-in's own fault is one too
+    except Exception as error:  # the user's module may raise anything
         raise CraftmeshError(
-            f"{key} {name!r} cannot be loaded ({type(error).__name__}: {error}); expected a name in an "
-            "installed module"
+            f"{key} {name!r} cannot be loaded ({type(error).__name__}: {error}); name a class or function "
+            "of an installed module"
         ) from error
     if not callable(found):
         raise CraftmeshError(f"{key} {name!r} is {found!r}; expected a class or a function")

@@ -10,18 +10,18 @@ import numpy as np
 from craftmesh.arguments import Frozen, as_array, check_indices, refuse_others
 from craftmesh.errors import CraftmeshError, told
 
-# What voxels are; of those with label 0 a file may not say it.
+# Kinds of voxels. A file may not say whether its voxels of label 0 are unindexed or void.
 GRAIN, UNINDEXED, VOID = "grain", "unindexed", "void"
 # Facet kinds of a Surface. Box planes are numbered 1..6 in the order of BOX_PLANES.
 INTERFACE = 0
 CRACK = 7
 BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
-# The faces of a box in the same order: across which axis, and whether the upper one.
+# Faces of a box in the order of BOX_PLANES: the axis normal to the face, and 1 for the upper face.
 BOX_FACES = tuple((axis, upper) for axis in range(3) for upper in (0, 1))
 
 
 def _extents(points: np.ndarray) -> str:
-    """Return the extents of points (n, 3) in words, six digits each; nothing for none."""
+    """Return the bounding box of points (n, 3) as a text with six digits, empty for no points."""
     if not len(points):
         return ""
     low, high = told(np.stack([points.min(axis=0), points.max(axis=0)]))
@@ -29,10 +29,10 @@ def _extents(points: np.ndarray) -> str:
 
 
 class Crystal(NamedTuple):
-    """A phase as its file describes it, "" where the file does not say.
+    """The crystal of a phase as its file describes it; a field is "" where the file does not say.
 
     structure: cubic, hexagonal, tetragonal, orthorhombic, trigonal, monoclinic or triclinic; name: the
-    material's, in the file's words.
+    material's name as written in the file.
     """
 
     structure: str = ""
@@ -43,14 +43,14 @@ class Crystal(NamedTuple):
 class Voxels(Frozen):
     """A labelled volume on a regular grid.
 
-    labels (nx, ny, nz) int32: > 0 a grain; 0 outside the material (open to the box's faces);
-    -k the enclosed void k. spacing, origin (3,) float64 in model units; the box is
-    [origin, origin + shape * spacing]. orientations (g, 4) float64 or None: row = grain id, unit
-    quaternion (w, x, y, z) of the active rotation that turns crystal axes into sample axes, NaN
-    where unknown. phases (g,) int32 or None: row = grain id. crystals: phase -> Crystal, only the phases
-    that the file describes; where phases is None, the crystal of all grains is that of phase 0.
-    voxel_orientations (nx, ny, nz, 4) float32 or None: quaternions of the voxels, where they are kept.
-    Raises CraftmeshError on shapes that do not fit or spacing <= 0.
+    labels (nx, ny, nz) int32: > 0 a grain id; 0 outside the material (connected to a face of the box); -k
+    the enclosed void k. spacing, origin (3,) float64 in model units; the box is [origin, origin + shape *
+    spacing]. orientations (g, 4) float64 or None: row = grain id, unit quaternion (w, x, y, z) of the
+    active rotation that turns crystal axes into sample axes, NaN where unknown. phases (g,) int32 or None:
+    row = grain id. crystals: phase -> Crystal, only for phases that the file describes; if phases is None,
+    all grains have the crystal of phase 0. voxel_orientations (nx, ny, nz, 4) float32 or None: one
+    quaternion per voxel, if these were kept. Raises CraftmeshError if shapes do not match or a spacing is
+    <= 0.
     """
 
     labels: np.ndarray
@@ -90,7 +90,7 @@ class Voxels(Frozen):
 
     @property
     def faces(self) -> int:
-        """How many faces voxels of two labels share, and grains have on the box."""
+        """The number of voxel faces between different labels, plus those of grain voxels on the box."""
         within = sum(np.count_nonzero(np.diff(self.labels, axis=axis)) for axis in range(3))
         on_box = sum(np.count_nonzero(self.labels.take((0, -1), axis=axis) > 0) for axis in range(3))
         return int(within + on_box)
@@ -100,11 +100,11 @@ class Voxels(Frozen):
 class Crack(Frozen):
     """A triangulated crack surface of one or several sheets, and its fronts.
 
-    Each sheet, what hangs together across edges, is one-to-one over its best-fit plane, or parted along its
-    kinks into parts that are; sheets are numbered in the order of their triangles. points (n, 3); triangles
-    (m, 3) int32, those of a sheet oriented alike. fronts: one int32 array of point ids per ordered front,
-    the first id repeated at the end where the front is closed. Boundary edges that belong to no front are
-    the crack's mouth and lie on or outside the box.
+    A sheet is a set of triangles connected across edges. It is single-valued over its best-fit plane, or
+    cut along kinks into parts that are. Sheets are numbered in the order of their triangles. points (n, 3);
+    triangles (m, 3) int32, oriented alike within a sheet. fronts: one int32 array of ordered point ids per
+    front; a closed front repeats its first id at the end. Boundary edges that belong to no front are the
+    crack mouth and lie on or outside the box.
     """
 
     points: np.ndarray
@@ -128,19 +128,19 @@ class Crack(Frozen):
 
     @property
     def front_edges(self) -> np.ndarray:
-        """(k, 2) int64: the edges of all fronts, in their order."""
+        """(k, 2) int64: point ids of the edges of all fronts, front by front."""
         edges = [np.column_stack([front[:-1], front[1:]]) for front in self.fronts]
         return np.concatenate([np.zeros((0, 2), np.int64), *edges])
 
 
 @dataclass(frozen=True)
 class Surface(Frozen):
-    """A conformal multi-material surface: each facet is there once, between two sides.
+    """A conformal multi-material surface: each facet is stored once and separates two sides.
 
-    points (n, 3) float64; facets (m, 3) int32; sides (m, 2) int32: labels behind and ahead of the
-    facet's normal (right-hand rule), > 0 a grain, 0 outside, -k the void k. kind (m,) uint8:
-    INTERFACE, 1..6 a plane of the box (exact coordinates), or CRACK. A crack facet inside a grain
-    has that grain on both sides. Invariant: closed and oriented per grain, crack facets aside.
+    points (n, 3) float64; facets (m, 3) int32; sides (m, 2) int32: labels behind and ahead of the facet's
+    normal (right-hand rule), > 0 a grain, 0 outside, -k the void k. kind (m,) uint8: INTERFACE, 1..6 a
+    plane of the box (corners exactly on it), or CRACK. A crack facet inside a grain has that grain on both
+    sides. Invariant: without crack facets, the facets of each grain are closed and consistently oriented.
     """
 
     points: np.ndarray
@@ -169,11 +169,11 @@ class Surface(Frozen):
         sides: np.ndarray | tuple,
         crack: np.ndarray | None = None,
     ) -> "Surface":
-        """Return the surface of facets from elsewhere, with their kinds: INTERFACE, box planes, CRACK.
+        """Return the surface of the given facets and set their kinds: INTERFACE, box planes, CRACK.
 
-        sides (m, 2), or one pair for all facets, as (1, 0) for one closed grain whose facets are turned
-        outward. crack (m,) bool: which facets are the crack's, none by default. A facet that is open to one
-        side and whose corners lie exactly on a plane of the facets' bounding box belongs to that plane.
+        sides (m, 2), or one pair for all facets, as (1, 0) for one closed grain whose facet normals point
+        outward. crack (m,) bool: mask of crack facets, none by default. A facet whose corners lie exactly
+        on a plane of the facets' bounding box gets that plane as its kind if one of its sides is no grain.
         """
         facets = as_array("facets", facets, np.int32, (None, 3))
         if isinstance(sides, tuple) and len(sides) == 2 and not any(map(np.ndim, sides)):
@@ -190,7 +190,7 @@ class Surface(Frozen):
             is_crack = np.asarray(crack)
             if is_crack.dtype != bool or is_crack.shape != kind.shape:
                 raise CraftmeshError(
-                    f"crack is an array {is_crack.shape} of {is_crack.dtype}; expected a truth value for "
+                    f"crack is an array {is_crack.shape} of {is_crack.dtype}; expected a boolean for "
                     f"each of {len(kind)} facets"
                 )
             kind[is_crack] = CRACK
@@ -198,9 +198,9 @@ class Surface(Frozen):
 
     @property
     def box(self) -> np.ndarray:
-        """(2, 3) lower and upper corner of the box around the facets."""
+        """(2, 3) lower and upper corner of the bounding box of the facets."""
         if not len(self.facets):
-            raise CraftmeshError("the surface has no facets; expected those of one or more grains")
+            raise CraftmeshError("the surface has no facets; give the facets of one or more grains")
         used = np.zeros(len(self.points), bool)
         used[self.facets] = True
         corners = self.points[used]
@@ -208,12 +208,12 @@ class Surface(Frozen):
 
     @property
     def grains(self) -> np.ndarray:
-        """Sorted ids of the grains that the facets bound."""
+        """Sorted ids of the grains that have facets."""
         ids = np.unique(self.sides)
         return ids[ids > 0]
 
 
-# Corners, then mid nodes of the edges from each to the next, of the faces S1..S4.
+# Local nodes of the faces S1..S4, normals outward: three corners, then the mid node after each corner.
 _OUTWARD = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]])
 
 
@@ -257,7 +257,7 @@ class TetMesh(Frozen):
         return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
 
     def outward_triangles(self, name: str) -> np.ndarray:
-        """Return the nodes (k, 3), or with mid nodes (k, 6), of a face set, normals out of the elements."""
+        """Return nodes (k, 3) of a face set, with mid nodes (k, 6); normals point out of the elements."""
         tets, faces = self.face_sets[name].T
         return self.tets[tets[:, None], _OUTWARD[faces, : 3 if self.tets.shape[1] == 4 else 6]]
 
@@ -291,14 +291,14 @@ class GrainTets(Frozen):
 
 @dataclass(frozen=True)
 class Solution(Frozen):
-    """What a solver found for a mesh: row = node of the mesh, which is its number in the deck less 1.
+    """A solver's results for a mesh: row i belongs to node i of the mesh, which is node i + 1 of the deck.
 
     displacement (n, 3) float64; reactions (n, 3) float64: the supports' forces on the body, 0 at free
     nodes. record: the solver's name and its figures by name (residual, iterations, ...), plain numbers and
-    texts. contact (n, 3) float64: the forces by which lips that touch push each other apart, None where
-    contact was not asked for or no lips would overlap. history: of a load in steps, by increments: `time`,
-    and the nominal strain and stress of faces that move or are pulled, such as `ZMAX.z strain`, (k,) each;
-    the fields are those of its end.
+    texts. contact (n, 3) float64: the forces by which touching crack faces push each other apart; None if
+    contact was not asked for or no crack faces would overlap. history: for a load in steps, arrays (k,) by
+    name, one value per increment: `time`, and the nominal strain and stress of faces that move or are
+    pulled, such as `ZMAX.z strain`. The fields above are those at the end of the history.
     """
 
     displacement: np.ndarray

@@ -102,7 +102,7 @@ WRONG = {
     "complex": (lambda a: a.astype(complex), ("complex",)),
     "an object": (lambda a: Body(), ("Body",)),
     "none": (lambda a: None, ("NoneType",)),
-    "ragged": (lambda a: [[1, 2, 3], [1]], ("unlike", "shape")),
+    "ragged": (lambda a: [[1, 2, 3], [1]], ("different", "shape")),
     "another shape": (lambda a: a[None], ("shape",)),
 }
 WRONG_IDS = {
@@ -138,7 +138,7 @@ def test_labels_do_not_wrap(label):
 
 @pytest.mark.parametrize("crack", [[0], [1], np.ones(2, bool), "all"])
 def test_what_facets_the_crack_has_is_a_truth_value_each(crack):
-    with pytest.raises(CraftmeshError, match="expected a truth value for each of 1 facets"):
+    with pytest.raises(CraftmeshError, match="expected a boolean for each of 1 facets"):
         Surface.of_facets(POINTS, [[0, 1, 2]], [[1, 1]], crack)
 
 

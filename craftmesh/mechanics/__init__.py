@@ -1,9 +1,9 @@
-"""What a mesh is made of, and what acts on it.
+"""The materials of a mesh, and the loads on it.
 
-`model` makes an `ElasticModel` of a mesh and options (`model_options`), which deck and solver share:
+`model` makes an `ElasticModel` of a mesh and options (`model_options`), which deck and solver share.
 `materials` and `orientation` give stiffnesses, `crystals` those of a file's phases, `cohesive` the layers
-on grain boundaries, `user_materials` constants for subroutines. `load` says which nodes are held, moved or
-under traction, from the rows of `faces`, `lips` and `eigenstrains`; `history` has its steps, `holding` what
-keeps bodies in place. `near_field` has the fields at a crack's front in any crystal, `front_parameters` the
-intensities along it, and `stress` the stresses of a field of displacements.
+on grain boundaries, `user_materials` constants for subroutines. `load` finds the nodes that are held or
+moved and the tractions, from the rows of `faces`, `lips` and `eigenstrains`; `history` has the steps of a
+load, and `holding` the supports that keep bodies in place. `near_field` has the fields at a crack front in
+any crystal, `front_parameters` the SIFs along it, and `stress` the stresses of a displacement field.
 """

@@ -1,4 +1,4 @@
-"""Laws of cohesive layers on grain boundaries, by classes of them."""
+"""Traction-separation laws of cohesive layers on grain boundaries, by class of boundary."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from craftmesh.mechanics.model import ElasticModel
 
 ALL, LOW_ANGLE, NO_LAYER = "all", "low_angle", "none"
-LOW = 15.0  # degrees of disorientation, under which boundaries are arrays of dislocations (Brandon 1966)
-# Rotations that bring a crystal onto itself, as groups of scipy.
+LOW = 15.0  # degrees: boundaries of a smaller disorientation are arrays of dislocations (Brandon 1966)
+# Rotation group of scipy that maps a crystal of each structure onto itself.
 _GROUPS = {"cubic": "O", "hexagonal": "D6", "tetragonal": "D4", "trigonal": "D3", "orthorhombic": "D2"}
 
 
 @dataclass(frozen=True)
 class CohesiveLaw:
-    """Traction over separation: stiffness (stress / length), strength (stress), energy (stress * length).
+    """A traction-separation law: stiffness (stress / length), strength (stress), energy (stress * length).
 
-    shear_...: along the boundary, those across it where not given. Without strength and energy there is no
-    damage; it begins by the sum of squares of stresses over strengths, and mixes energies with the power
-    eta (Benzeggagh & Kenane 1996). viscosity: time over which damage lags.
+    shear_...: values tangential to the boundary, equal to the normal ones if 0. Without strength and energy
+    there is no damage. Damage begins where the sum of squared ratios of stress to strength reaches 1;
+    energies are mixed with the power eta (Benzeggagh & Kenane 1996). viscosity: time by which damage lags.
     """
 
     stiffness: float
@@ -55,7 +55,7 @@ class CohesiveLaw:
 
 @dataclass(frozen=True, eq=False)
 class CohesiveLayers:
-    """Laws by pair of grains (a < b), and elements (k, 6) of nodes: 1 to 3 of a, 4 to 6 of b over them."""
+    """Laws and elements (k, 6) by pair of grains (a < b): three nodes on a, then three on b over them."""
 
     laws: Mapping[tuple[int, int], CohesiveLaw]
     elements: Mapping[tuple[int, int], np.ndarray]
@@ -65,10 +65,10 @@ Scope = str | tuple[int, int]
 
 
 def parse_cohesive(texts: Iterable[str]) -> dict[Scope, CohesiveLaw | None]:
-    """Return laws, None where there is no layer, by scope: ALL, LOW_ANGLE or a pair of grains.
+    """Return laws by scope from texts: ALL, LOW_ANGLE or a pair of grains; None means no layer there.
 
     texts such as "all:stiffness=1e6,strength=300,energy=0.5", "low_angle:none" or "3-7:stiffness=2e6".
-    Raises CraftmeshError for other texts.
+    Raises CraftmeshError for texts of another form.
     """
     found: dict[Scope, CohesiveLaw | None] = {}
     for text in texts:
@@ -78,7 +78,7 @@ def parse_cohesive(texts: Iterable[str]) -> dict[Scope, CohesiveLaw | None]:
             names = ", ".join(f.name for f in fields(CohesiveLaw)[1:])
             raise CraftmeshError(
                 f"cohesive: {text!r}; expected {ALL}:, {LOW_ANGLE}: or two grains as 3-7:, each once, then "
-                f"{NO_LAYER}, or stiffness= and any of {names}, with commas between; numbers over 0, "
+                f"{NO_LAYER}, or stiffness= and any of {names}, separated by commas; give numbers > 0, and "
                 "strength and energy both or neither"
             )
         found[scope] = law
@@ -96,7 +96,7 @@ def _scope(head: str) -> Scope | None:
 
 
 def _law(text: str) -> CohesiveLaw | None:
-    """Return the law of values by name; None where they are none of a law."""
+    """Return the law of a text of NAME=NUMBER pairs; None if it is not a valid law."""
     values, known = named_numbers(text.split(",")), {f.name for f in fields(CohesiveLaw)}
     if values is None or not {"stiffness"} <= values.keys() <= known:
         return None
@@ -111,16 +111,17 @@ def laws_of_pairs(
     phases: np.ndarray | None = None,
     crystals: Mapping[int, Crystal] | None = None,
 ) -> dict[tuple[int, int], CohesiveLaw]:
-    """Return the laws of those of the pairs (a < b) that have layers: by pair, else low angle, else all.
+    """Return laws by pair (a < b) with a layer; the pair's own text comes first, then low_angle, then all.
 
-    phases (n,): row = grain id; crystals: by phase. Raises CraftmeshError for a pair that is not there, and
-    where a disorientation is asked for and orientations or the crystals' symmetry are not known.
+    phases (n,): row = grain id; crystals: by phase. Raises CraftmeshError if a text names a pair without a
+    common boundary, and if a disorientation is needed but orientations or the crystal's symmetry are
+    unknown.
     """
     rows = parse_cohesive(texts)
     lost = [scope for scope in rows if isinstance(scope, tuple) and scope not in pairs]
     if lost:
         raise CraftmeshError(
-            f"cohesive: {lost[0][0]}-{lost[0][1]}: these grains share no face off the crack; expected one "
+            f"cohesive: {lost[0][0]}-{lost[0][1]}: these grains share no face outside the crack; name one "
             f"of the {len(pairs)} boundaries of the mesh"
         )
     found = {}
@@ -141,7 +142,7 @@ def _disorientation(
     phases: np.ndarray | None,
     crystals: Mapping[int, Crystal],
 ) -> float:
-    """Return the least angle in degrees between two grains of one phase, by their symmetry; 180 of two."""
+    """Return the least angle in degrees between two grains by symmetry; 180 if their phases differ."""
     of = [0 if phases is None else int(phases[grain]) for grain in pair]
     if of[0] != of[1]:
         return 180.0
@@ -149,8 +150,8 @@ def _disorientation(
     structure = crystals[of[0]].structure if of[0] in crystals else kind
     if structure not in _GROUPS or not set(pair) <= set(model.axes):
         raise CraftmeshError(
-            f"cohesive: {LOW_ANGLE}: the disorientation of grains {pair[0]} and {pair[1]} is not known; "
-            f"give orientations and, in material, a crystal ({kind} is none), or name pairs"
+            f"cohesive: {LOW_ANGLE}: the disorientation of grains {pair[0]} and {pair[1]} is unknown; "
+            f"give orientations and, in material, a crystal (now {kind}), or name the pairs"
         )
     one, other = (scipy.spatial.transform.Rotation.from_matrix(model.own_axes(grain)) for grain in pair)
     turns = one.inv() * other * scipy.spatial.transform.Rotation.create_group(_GROUPS[structure])

@@ -1,4 +1,4 @@
-"""Materials beside the crystals of a file: whether they fit, and which are known by structure and name."""
+"""Checks of materials against the crystals of a file, and materials known by crystal structure and name."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,8 @@ import scipy
 from craftmesh.mechanics.materials import Material, turned
 from craftmesh.types import Crystal
 
-# Turns (axis, degrees) that every class of a structure has in its elastic constants.
+# Rotations (axis, degrees) that leave the elastic constants of every crystal class of a structure
+# unchanged.
 # Source: J. F. Nye, Physical Properties of Crystals (1985), table 9.
 _TURNS = {
     "cubic": (("x", 90), ("z", 90)),
@@ -17,7 +18,7 @@ _TURNS = {
     "trigonal": (("z", 120),),
     "orthorhombic": (("x", 180), ("z", 180)),
 }
-_MISFIT = 0.01  # constants are measured to about a percent
+_MISFIT = 0.01  # largest relative change of stiffness: constants are measured to about a percent
 # Constants in MPa at room temperature.
 # Source: G. Simmons and H. Wang, Single Crystal Elastic Constants (1971).
 METALS = {
@@ -36,10 +37,10 @@ def misfits(
     phases: np.ndarray | None,
     crystals: Mapping[int, Crystal],
 ) -> list[str]:
-    """Return a sentence for each phase whose material has not the symmetry of its crystal.
+    """Return a sentence for each phase whose material lacks the symmetry of its crystal.
 
-    phase_of: the key in `materials` by grain; phases (n,): row = grain id, None: all are phase 0; crystals:
-    by phase. A material that any turn leaves as it is, an isotropic one, fits every crystal.
+    phase_of: key in `materials` by grain id; phases (n,): row = grain id, None if all grains are of phase
+    0; crystals: by phase. An isotropic material fits every crystal.
     """
     pairs = {(0 if phases is None else int(phases[grain]), key) for grain, key in phase_of.items()}
     found = []
@@ -52,19 +53,20 @@ def misfits(
             if change > _MISFIT:
                 name = " ".join(crystal.name.split())
                 found.append(
-                    f"phase {phase}{f' ({name})' * bool(name)} is {crystal.structure} in its file, and its "
-                    f"material ({material.kind}) is not: a turn of {degrees} degrees about the crystal's "
-                    f"{axis} changes the stiffness by {100 * change:.0f} %; check inp.material"
+                    f"phase {phase}{f' ({name})' * bool(name)} is {crystal.structure} in its file, but its "
+                    f"material ({material.kind}) is not: rotating by {degrees} degrees about the crystal's "
+                    f"{axis} axis changes the stiffness by {100 * change:.0f} %; check inp.material"
                 )
                 break
     return found
 
 
 def known_material(crystal: Crystal) -> tuple[str, str, bool]:
-    """Return a material for a crystal, what it is, and whether it stands in for the crystal's own.
+    """Return a material text for a crystal, its description, and True if it only stands in for the crystal.
 
-    A metal of METALS that has the crystal's structure and name; else copper for cubic and unknown
-    structures, titanium for hexagonal ones, and an isotropic material for others: they need 21 constants.
+    A metal of METALS with the crystal's structure and name is its own. Stand-ins are copper for cubic and
+    unknown structures, titanium for hexagonal ones, and an isotropic material for others, which need 21
+    constants.
     """
     name = {"aluminum": "aluminium"}.get(crystal.name.strip().lower(), crystal.name.strip().lower())
     text = METALS.get(name, "")

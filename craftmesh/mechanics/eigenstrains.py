@@ -1,4 +1,4 @@
-"""Eigenstrains: what grains would strain by if nothing held them, from heat, transformation or work."""
+"""Eigenstrains: strains that grains would have if nothing held them, from heat, transformation or work."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -17,7 +17,8 @@ _EXPECTED = (
 def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
     """Return strains (3, 3) by phase from texts such as "isotropic:1e-3" or "2=orthotropic:1e-3,1e-3,0".
 
-    A text without a phase holds for every phase (key None). Raises CraftmeshError for other texts.
+    A text without a phase applies to all phases (key None). Raises CraftmeshError for texts of another
+    form.
     """
     found = {}
     for key, (kind, values) in numbers_by_phase("eigenstrain", texts, _EXPECTED).items():
@@ -26,7 +27,7 @@ def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
             raise CraftmeshError(f"eigenstrain: {kind} with {len(numbers)} values; {_EXPECTED}")
         if not np.abs(numbers).max() <= 1:
             raise CraftmeshError(
-                f"eigenstrain: {max(values, key=abs):g} more than doubles the body; expected small strains "
+                f"eigenstrain: {max(values, key=abs):g} is not within -1 to 1; give small strains "
                 "such as 0.001: the coefficient of thermal expansion times the change of temperature"
             )
         found[key] = as_strain(numbers)
@@ -34,24 +35,25 @@ def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
 
 
 def as_strain(numbers: np.ndarray) -> np.ndarray:
-    """Return a strain (3, 3) of one, three or six components."""
+    """Return the strain (3, 3) of 1 component (isotropic), 3 (11, 22, 33) or 6 (then 12, 13, 23)."""
     if len(numbers) < 6:
         return np.diag(np.broadcast_to(numbers, 3)) + 0.0
     return numbers[COMPONENT]
 
 
 def components(strain: np.ndarray) -> np.ndarray:
-    """Return 11, 22, 33 and the engineering shears 12, 13, 23 (g, 6) of strains (g, 3, 3)."""
+    """Return components (g, 6) of strains (g, 3, 3): 11, 22, 33, and the engineering shears 12, 13, 23."""
     return strain[:, ROW, COLUMN] * np.where(ROW == COLUMN, 1.0, 2.0)
 
 
 def eigenstrains_of_grains(
     texts: Sequence[str], grains: np.ndarray, phases: np.ndarray | None, axes: Mapping[int, np.ndarray]
 ) -> np.ndarray:
-    """Return the strain (g, 3, 3) of grains (g,) in their own axes, 0 in phases that have none.
+    """Return the strain (g, 3, 3) of each of the grains (g,) in its own axes, 0 for phases without one.
 
-    phases (n,), row = grain id; axes: of the grains whose orientation is known. Raises CraftmeshError where
-    phases are not known or none of them is named, and for a strain with axes in a grain without.
+    texts: see `parse_eigenstrains`; phases (n,): row = grain id; axes: by grain of known orientation.
+    Raises CraftmeshError if strains are given by phase but phases are unknown or no grain has them, and if
+    a strain that is not isotropic falls to a grain without an orientation.
     """
     given = parse_eigenstrains(texts)
     if given and phases is None and None not in given:
@@ -67,7 +69,7 @@ def eigenstrains_of_grains(
         found[row] = given.get(phase, given.get(None, 0.0))
         if grain not in axes and not is_even(found[row]):
             raise CraftmeshError(
-                f"eigenstrain: grain {grain} has no orientation, which this one needs; give "
+                f"eigenstrain: grain {grain} has no orientation, which its strain needs; give "
                 "orientations with the microstructure, or an isotropic strain"
             )
     return found
@@ -76,7 +78,7 @@ def eigenstrains_of_grains(
 def given_strains(
     given: Mapping[int, np.ndarray], grains: np.ndarray, axes: Mapping[int, np.ndarray]
 ) -> np.ndarray:
-    """Return the strain (g, 3, 3) of grains (g,) in their own axes from those by id in the sample's."""
+    """Return strains (g, 3, 3) of grains (g,), each in its grain's axes; `given`: by id, in sample axes."""
     found = []
     for grain in grains.tolist():
         turn, strain = axes_of(grain, axes), given[grain]
@@ -85,7 +87,7 @@ def given_strains(
 
 
 def axes_of(grain: int, axes: Mapping[int, np.ndarray]) -> np.ndarray:
-    """Return the axes of a grain as columns (3, 3), the sample's where the first two are not in `axes`."""
+    """Return the axes of a grain as columns (3, 3), the sample's axes if `axes` lacks the grain."""
     if grain not in axes:
         return np.eye(3)
     first, second = axes[grain].reshape(2, 3)
@@ -93,5 +95,5 @@ def axes_of(grain: int, axes: Mapping[int, np.ndarray]) -> np.ndarray:
 
 
 def is_even(strain: np.ndarray) -> bool:
-    """Tell whether a strain (3, 3) is the same along all axes."""
+    """Return whether a strain (3, 3) is isotropic: equal along all axes, without shear."""
     return bool((strain == strain[0, 0] * np.eye(3)).all())

@@ -1,4 +1,4 @@
-"""What the faces of the box bear, row by row, as "ZMAX.x=stress:30"; load cases, and sums of them."""
+"""Loads and supports of the box's faces as rows such as "ZMAX.x=stress:30"; load cases and their sums."""
 
 import math
 import re
@@ -13,19 +13,19 @@ from craftmesh.types import BOX_PLANES
 FIXED, STRAIN, STRESS = "fixed", "strain", "stress"
 _EXPECTED = (
     f"expected FACE.AXIS={FIXED}, FACE.AXIS={STRAIN}:VALUE or FACE.AXIS={STRESS}:VALUE, with a FACE of "
-    f"{', '.join(BOX_PLANES)} and an AXIS of x, y, z, or AXIS={STRESS}:VALUE for a tension, and perhaps "
-    "CASE/ before it"
+    f"{', '.join(BOX_PLANES)} and an AXIS of x, y, z, or AXIS={STRESS}:VALUE for a tension; CASE/ in "
+    "front names a load case"
 )
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
 class FaceRow(NamedTuple):
-    """What a plane of the box bears along an axis (0, 1, 2), its normal or one in it.
+    """The load or support of a plane of the box along an axis (0, 1, 2), normal to the plane or in it.
 
-    kind: FIXED; STRAIN, the displacement over the box's length across the plane; or STRESS, the component
-    of the stress. Both count along the axis on far planes and against it on near ones, as the traction of a
-    stress does: the same value on both is a uniform tension or shear. case: the load case of the row, ""
-    for all.
+    kind: FIXED; STRAIN, the displacement over the box's length normal to the plane; or STRESS, a component
+    of the stress. A value counts along the axis on MAX planes and against it on MIN planes, as the traction
+    of a stress does: the same value on both is a uniform tension or shear. case: the load case of the row,
+    "" for all load cases.
     """
 
     plane: str
@@ -36,22 +36,22 @@ class FaceRow(NamedTuple):
 
     @property
     def across(self) -> int:
-        """The axis (0, 1, 2) that the plane is square to."""
+        """The axis (0, 1, 2) normal to the plane."""
         return "XYZ".index(self.plane[0])
 
     @property
     def along(self) -> float:
-        """The value along the axis."""
+        """The value counted along the axis: its sign is reversed on MIN planes."""
         return self.value if self.plane.endswith("MAX") else -self.value
 
 
 def parse_faces(texts: Iterable[str]) -> tuple[FaceRow, ...]:
-    """Return the rows of texts; raises CraftmeshError for other texts."""
+    """Return the rows that texts describe; raise CraftmeshError for texts of another form."""
     return tuple(row for text in texts for row in _rows(text))
 
 
 def _rows(text: str) -> list[FaceRow]:
-    """Return the row of a text, and where it names an axis in place of a face the near face's, fixed."""
+    """Return the row of a text; if it names only an axis, the fixed near face, then the pulled far face."""
     place, _, what = text.partition("=")
     case, _, place = (part.strip() for part in place.rpartition("/"))
     is_tension = place in ("x", "y", "z")
@@ -71,7 +71,7 @@ def _rows(text: str) -> list[FaceRow]:
 
 
 def number_of(text: str) -> float | None:
-    """Return the finite number that a text is, None for any other text."""
+    """Return the finite number that a text holds, None for any other text."""
     try:
         value = float(text)
     except ValueError:
@@ -80,9 +80,9 @@ def number_of(text: str) -> float | None:
 
 
 def named_numbers(texts: Sequence[str], mark: str = "=") -> dict[str, float] | None:
-    """Return the numbers by name of texts NAME=NUMBER, or with another mark between the two.
+    """Return numbers by name from texts NAME=NUMBER; `mark` is the sign between name and number.
 
-    None where one of the numbers is none, or a name is there twice.
+    None if a value is not a finite number or a name is duplicate.
     """
     pairs = [text.partition(mark) for text in texts]
     numbers = {name.strip(): number_of(value) for name, _, value in pairs}
@@ -91,29 +91,29 @@ def named_numbers(texts: Sequence[str], mark: str = "=") -> dict[str, float] | N
 
 
 class Combination(NamedTuple):
-    """A sum of load cases, each times its factor; a load case counts as one of itself."""
+    """A weighted sum of load cases, factors by case; a single load case is one with factor 1."""
 
     name: str
     factors: Mapping[str, float]
 
     def sum_of(self, fields: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the sum of the load cases' fields, arrays of one shape by name."""
+        """Return the weighted sum of the load cases' fields; fields: arrays of one shape by load case."""
         return sum((factor * fields[case] for case, factor in self.factors.items()), np.zeros(()))
 
 
 def rows_of(rows: Iterable[FaceRow], case: str) -> tuple[FaceRow, ...]:
-    """Return the rows of a load case: its own, and those of all."""
+    """Return the rows that act in a load case: its own rows, and rows without a case."""
     return tuple(row for row in rows if row.case in ("", case))
 
 
 def combinations_of(
     rows: Sequence[FaceRow], cases: Sequence[str], texts: Iterable[str]
 ) -> tuple[Combination, ...]:
-    """Return the combinations of load cases that texts name, without any each load case by itself.
+    """Return the combinations of load cases that texts name; without texts, each load case by itself.
 
-    rows: those of all cases. Raises CraftmeshError for names and texts that are none, for two rows of one
-    face and axis in a load case, for load cases that are not there, and for a sum of cases that do not hold
-    the same.
+    rows: of all cases; texts such as "sum=a:1,b:0.5". Raises CraftmeshError for invalid names and texts,
+    for two rows of one face and axis in a load case, for unknown load cases, and for a sum of cases that
+    hold or move different faces.
     """
     for case in cases or [""]:
         places = [(row.plane, row.axis) for row in rows_of(rows, case)]
@@ -125,8 +125,8 @@ def combinations_of(
     for name, key in zip(names[::-1], ["combine"] * len(found) + ["faces"] * len(cases)):
         if not _NAME.fullmatch(name) or names.count(name) > 1:
             raise CraftmeshError(
-                f"{key}: {name!r} is to name a load case or a sum; expected a letter, then letters, digits "
-                "and _, and each name once"
+                f"{key}: {name!r} is an invalid or duplicate name of a load case or a sum; use a letter, "
+                "then letters, digits and _, and each name once"
             )
     for one in found:
         check_supports(one.name, one.factors, rows)
@@ -148,9 +148,9 @@ def _combination(text: str, cases: Sequence[str]) -> Combination:
 
 
 def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:
-    """Refuse cases of a sum or a history that hold or move different faces: it would keep none's supports.
+    """Raise CraftmeshError if cases of a sum or a history hold or move different faces.
 
-    name: of the sum, for the error.
+    Such a sum would have the supports of none of its cases. name: of the sum, for the error.
     """
     held = {
         case: {f"{row.plane}.{'xyz'[row.axis]}" for row in rows_of(rows, case) if row.kind != STRESS}
@@ -160,6 +160,6 @@ def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> 
     for case in others:
         if apart := held[first] ^ held[case]:
             raise CraftmeshError(
-                f"combine: {name} adds {first} and {case}, of which one alone holds or moves "
-                f"{', '.join(sorted(apart))}; fix it in the other, or give it a stress in both"
+                f"combine: {name} adds {first} and {case}, but only one of these holds or moves "
+                f"{', '.join(sorted(apart))}; fix it in the other too, or give it a stress in both"
             )

@@ -1,4 +1,4 @@
-"""J, K_I, K_II, K_III and T at the nodes of a crack's fronts, and how far they may be off."""
+"""J, K_I, K_II, K_III and T at the nodes of crack fronts, with estimated errors."""
 
 from dataclasses import dataclass, fields
 
@@ -7,15 +7,16 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class FrontParameters:
-    """One row per front node at a corner, in the order of FrontFrames.
+    """One row per front node that is an element corner, in the order of FrontFrames.
 
-    front (k,) from 1; node (k,) id from 0; s (k,); points (k, 3); J (k,) by its own integral; G (k,) the
-    energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
-    K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite, NaN where the lips
-    touch or are loaded, for it is found for lips free of traction; radius (k,) of the tube; spread (k,):
-    the largest change of a K with a smaller tube; error (k,): of each K, see `fracture.error`; flags (k,)
-    words joined by +, see there. Where the material changes values are the mean of both limits.
-    probe_angle, probe_stress (k,): see `fracture.stress_probe`, NaN where it was not asked for.
+    front (k,): number of the front, from 1; node (k,): id, from 0; s (k,): arc length; points (k, 3); J
+    (k,): by its own integral; G (k,): energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0
+    lip A moves along the binormal, with K_III > 0 along the tangent; T (k,): the finite stress along the
+    binormal, NaN where lips touch or are loaded, because its integral assumes lips free of traction; radius
+    (k,): of the integration domain; spread (k,): largest change of a K with a smaller domain; error (k,):
+    estimated error of each K, and flags (k,): words joined by +, see `fracture.error`. Where the material
+    changes, values are means of the limits on both sides. probe_angle, probe_stress (k,): see
+    `fracture.stress_probe`, NaN if not asked for.
     """
 
     front: np.ndarray
@@ -41,9 +42,9 @@ class FrontParameters:
         return np.column_stack([self.K_I, self.K_II, self.K_III])
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of sif.csv in order; nodes are numbered from 1 as in the deck.
+        """Return the columns of sif.csv by name, in order; node numbers start at 1, as in the deck.
 
-        Those of the probe are there where it was asked for.
+        The columns of the probe are left out if it was not asked for.
         """
         columns = {field.name: getattr(self, field.name) for field in fields(self)}
         columns["node"] = self.node + 1

@@ -1,4 +1,4 @@
-"""The history of a load: steps in which it goes to a level, or up and down in cycles."""
+"""The history of a load: steps in which it goes to a level, or cycles between a peak and a valley."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -12,18 +12,19 @@ from craftmesh.surface.rounding import ROUNDING
 RAMP, TRIANGLE, SINE = "ramp", "triangle", "sine"
 _EXPECTED = (
     "expected ramp:LEVEL, triangle:PEAK or sine:PEAK, then any of time=, increments=, and for cycles R=, "
-    "cycles=, with commas between; NAME/ before it for a load case or a sum"
+    "cycles=, separated by commas; NAME/ in front names a load case or a sum"
 )
-_MOMENT = 1e-6  # of a step's time: what the load is held for, in which nothing creeps
-_DIGITS = 12  # of a level, so that one of 0 is 0
+_MOMENT = 1e-6  # duration of a hold over the time of the step before; nothing creeps in it
+_DIGITS = 12  # decimals of a level, so that a level of zero is exactly 0
 
 
 @dataclass(frozen=True)
 class LoadStep:
-    """One step: `kind` of change, of the load called `load`, "" where there is one.
+    """One step of a load: a ramp or cycles. load: its name, "" if there is only one.
 
-    level: times the load, at the end of a ramp or at the peak of a cycle; R: valley over peak; time: of the
-    ramp or of a cycle; increments: as many as a ramp or a cycle has at least; start: the level before.
+    level: factor of the load at the end of a ramp or at the peak of a cycle; R: valley over peak; time:
+    duration of the ramp or of one cycle; increments: fewest in a ramp or a cycle; start: the level before
+    the step.
     """
 
     load: str
@@ -37,7 +38,7 @@ class LoadStep:
 
     @property
     def duration(self) -> float:
-        """The time of the step."""
+        """The duration of the step."""
         return self.time if self.kind == RAMP else self.time * self.cycles
 
     @property
@@ -46,7 +47,7 @@ class LoadStep:
         return self.level if self.kind == RAMP else float(self.levels(np.array([self.cycles]))[0])
 
     def levels(self, cycles: np.ndarray) -> np.ndarray:
-        """Return the levels after so many cycles (k,), which begin towards the peak from `start`."""
+        """Return the levels (k,) after `cycles` (k,) cycles; the first goes from `start` to the peak."""
         phase = np.arcsin(self._share) if self.kind == SINE else np.pi / 2 * self._share
         sine = np.sin(2 * np.pi * cycles + phase)
         wave = sine if self.kind == SINE else 2 / np.pi * np.arcsin(np.clip(sine, -1, 1))
@@ -54,12 +55,12 @@ class LoadStep:
 
     @property
     def _share(self) -> float:
-        """Where the cycles begin: 1 at the peak, -1 at the valley."""
+        """Position of `start` between the valley (-1) and the peak (1)."""
         share = (2 * self.start / self.level - (1 + self.R)) / (1 - self.R)
         return min(max(share, -1.0), 1.0)
 
     def pieces(self) -> list["LoadStep"]:
-        """Return the step as a deck has it: ramps between the turning points of a triangle, met exactly."""
+        """Return the steps for a deck: triangles become ramps, which meet turning points exactly."""
         if self.kind != TRIANGLE:
             return [self]
         table = self.table().tolist()
@@ -78,9 +79,9 @@ class LoadStep:
         ]
 
     def table(self) -> np.ndarray:
-        """Return times and levels (k, 2), straight between, of a step of cycles.
+        """Return times and levels (k, 2) of a step of cycles; levels between are linear.
 
-        Of triangles the turning points and the ends, of sines as many points as there are increments.
+        Triangles have their turning points and ends, sines as many intervals per cycle as increments.
         """
         if self.kind == SINE:
             cycles = np.linspace(0, self.cycles, int(np.ceil(self.cycles * self.increments)) + 1)
@@ -95,38 +96,38 @@ class LoadStep:
 def parse_steps(texts: Iterable[str], loads: Sequence[str]) -> tuple[LoadStep, ...]:
     """Return the steps of texts such as "ramp:0.5", "triangle:1,R=-1,cycles=3" or "shear/sine:1,time=10".
 
-    loads: the names of the load cases and of their sums, none where there is one load. Each step goes on
-    where the one before ended. Raises CraftmeshError for other texts, for loads that are not there, and for
-    cycles between whose peak and valley the load is not when they begin.
+    loads: names of the load cases and of their sums, empty if there is one load. Each step continues where
+    the step before it ended. Raises CraftmeshError for texts of another form, for unknown loads, and for
+    cycles that begin outside their own range or while another load acts.
     """
     found: list[LoadStep] = []
     for text in texts:
         step = _step(text)
         if step.load not in (loads or [""]):
-            known = f"one of {', '.join(loads)}, before a stroke" if loads else "no name: there is one load"
-            raise CraftmeshError(f"steps: {text!r} is of load {step.load!r}; expected {known}")
+            known = f"one of {', '.join(loads)} before the slash" if loads else "no name: there is one load"
+            raise CraftmeshError(f"steps: {text!r} names load {step.load!r}; expected {known}")
         before = found[-1] if found else None
         if before is not None and (before.load == step.load or step.kind == RAMP):
             step = replace(step, start=before.end if before.load == step.load else 0.0)
         elif before is not None and abs(before.end) > ROUNDING:
             raise CraftmeshError(
                 f"steps: {text!r} begins cycles of {step.load} while {before.load} is at {before.end:g}; "
-                f"expected {step.load}/ramp:... before it, which goes from one to the other"
+                f"put {step.load}/ramp:... before it, which goes from one to the other"
             )
         if step.kind != RAMP:
             low, high = sorted((step.level, step.level * step.R))
             room = ROUNDING * max(abs(low), abs(high))
             if not low - room <= step.start <= high + room:
                 raise CraftmeshError(
-                    f"steps: {text!r} goes between {low:g} and {high:g}, and the load is at {step.start:g} "
-                    f"when it begins; expected a ramp to {step.level * step.R:g} before it"
+                    f"steps: {text!r} cycles from {low:g} to {high:g}, but the load is at {step.start:g} "
+                    f"when it begins; put a ramp to {step.level * step.R:g} before it"
                 )
         found.append(step)
     return tuple(found)
 
 
 def held_step(last: LoadStep) -> LoadStep:
-    """Return a step that holds the load for a moment where the last one ended."""
+    """Return a short step that holds the load at the level where step `last` ended."""
     return LoadStep(last.load, RAMP, last.end, time=_MOMENT * last.time, increments=1)
 
 

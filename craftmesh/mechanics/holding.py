@@ -1,4 +1,4 @@
-"""What holds the bodies of a mesh against moving as a whole: rigid motions, and supports they lack."""
+"""Rigid motions of the bodies of a mesh, and the supports that these bodies lack."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -10,13 +10,13 @@ from craftmesh.mesh.tet_connectivity import bodies
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import TetMesh
 
-# Condition of the rigid motions at the supports. A plane of a hundred thousand nodes and one node more, a
-# thousandth of the box away, give some 1e6; a body that is not held gives 1e15 or more.
+# Condition number of the rigid motions at the supports above which a body is free. A plane of 1e5 nodes and
+# one more node, a thousandth of the box away, give about 1e6; a body that is not held gives 1e15 or more.
 LOOSE = 1e9
 
 
 def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.ndarray:
-    """Return the displacements (n, 3, 6) of three shifts and of three small turns about the middle (3,)."""
+    """Return displacements (n, 3, 6) of six rigid motions: three shifts, three rotations about `middle`."""
     x, y, z = (points - (points.mean(axis=0) if middle is None else middle)).T
     motions = np.zeros((len(points), 3, 6))
     motions[:, [0, 1, 2], [0, 1, 2]] = 1
@@ -27,10 +27,10 @@ def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.nd
 
 
 class Body(NamedTuple):
-    """A body of a mesh, of elements (m,) bool joined by nodes.
+    """A body of a mesh: the elements (m,) bool that nodes connect.
 
-    nodes (n,): its corners; size: its largest extent; motions (n, 3, 6): rigid motions of these in units of
-    that; rows (k, 6): the motions of supported displacements, which supports keep at 0.
+    nodes (n,): ids of its corners; size: its largest extent; motions (n, 3, 6): rigid motions of the nodes,
+    in units of size; rows (k, 6): these motions at the supported components, which supports keep at 0.
     """
 
     elements: np.ndarray
@@ -41,7 +41,7 @@ class Body(NamedTuple):
 
 
 def supported_bodies(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> Iterator[Body]:
-    """Yield the bodies of a mesh on supports: nodes (k,) and the axis (0, 1, 2) of each."""
+    """Yield the bodies of a mesh; held: nodes (k,) and axis (0, 1, 2) of each support."""
     body = bodies(mesh)
     for one in range(body.max(initial=-1) + 1):
         nodes = np.unique(mesh.tets[body == one, :4])
@@ -55,11 +55,11 @@ def supported_bodies(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> I
 def lacking(
     mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]], forces: np.ndarray
 ) -> list[tuple[int, int]]:
-    """Return nodes and axes (0, 1, 2) that hold what `held`, nodes (k,) and axis each, leaves free to move.
+    """Return pairs (node, axis) to hold besides `held`, nodes (k,) and axis each, so that no body is free.
 
-    A body (elements joined by nodes) gets one at a time the displacement that its free motions move most,
-    until no rigid motion of it is free. Raises CraftmeshError where the forces (n, 3) at the nodes would
-    move a body so.
+    For each body (elements that nodes connect), the component that its free motions move most is held,
+    until no rigid motion is free. Raises CraftmeshError if the forces (n, 3) at the nodes would drive such
+    a motion.
     """
     found = []
     for body in supported_bodies(mesh, held):
@@ -75,7 +75,7 @@ def lacking(
 def _check_balance(
     mesh: TetMesh, of_body: np.ndarray, free: np.ndarray, forces: np.ndarray, size: float
 ) -> None:
-    """Refuse forces (n, 3) that work on rigid motions (f, 6) of a body, elements (m,) bool of that size."""
+    """Raise CraftmeshError if forces (n, 3) work on free motions (f, 6) of a body, elements (m,) bool."""
     nodes = np.unique(mesh.tets[of_body])
     own = forces[nodes]
     middle = mesh.points[np.unique(mesh.tets[of_body, :4])].mean(axis=0)
@@ -89,16 +89,16 @@ def _check_balance(
     where = "the body"
     if not of_body.all():
         at = ", ".join(f"{x:.4g}" for x in middle)
-        where = f"a piece of {of_body.sum()} elements round ({at}), as where the crack severs it"
+        where = f"the separate piece of {of_body.sum()} elements around ({at}), as a crack may cut off"
     raise CraftmeshError(
         f"load: the stresses leave a {kind} of {value:.4g} {'about' if is_turn else 'along'} {axis} on "
-        f"{where}, and nothing holds it that way; prescribe a displacement of a face against it, or "
+        f"{where}, and no support resists it; prescribe a displacement of a face there, or "
         "stresses that balance"
     )
 
 
 def free_motions(rows: np.ndarray) -> np.ndarray:
-    """Return the rigid motions (f, 6) that supports with these rows (k, 6) leave free."""
+    """Return the rigid motions (f, 6) that supports leave free; rows (k, 6): motions at the supports."""
     padded = np.concatenate([rows, np.zeros((6, 6))])
     _, size, ways = np.linalg.svd(padded, full_matrices=False)
     return ways[size * LOOSE <= max(size[0], 1.0)]

@@ -1,4 +1,4 @@
-"""Tractions that a load puts on the lips of cracks."""
+"""Tractions that a load puts on the lips (crack faces)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.side_data import covered, notes_on_place
 from craftmesh.types import TetMesh
 
-# Points of a field that a place is given a value by: enough for a plane through values on a surface.
+# Number of nearest field points that give the value at a point: enough to fit a plane on a surface.
 _NEAREST = 8
 
 
 @dataclass(frozen=True, eq=False)
 class LipField:
-    """What lips bear at points (k, 3): pressure (k,), traction (k, 3) on lip A, its opposite on lip B."""
+    """A load on lips at points (k, 3): pressure (k,), and traction (k, 3) on lip A, opposite on lip B."""
 
     points: np.ndarray
     pressure: np.ndarray
@@ -30,8 +30,9 @@ class LipField:
     def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pressure (n,) and traction (n, 3) at places (n, 3).
 
-        Between points values are on the plane of least squares through the nearest, by inverse square
-        distance, and within theirs: values linear in the place come out as they are.
+        The value is on the least-squares plane through the nearest points' values, weighted by inverse
+        squared distance, and is clipped to their range. Within that range, values linear in position are
+        reproduced.
         """
         values, tree = np.column_stack([self.pressure, self.traction]), scipy.spatial.KDTree(self.points)
         rows = range(0, len(places), AT_ONCE)
@@ -41,7 +42,7 @@ class LipField:
 
 
 def _on_planes(tree: "scipy.spatial.KDTree", values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the values (n, c) at places (n, 3) by those (k, c) at the points of a tree."""
+    """Return values (n, c) at places (n, 3), interpolated from `values` (k, c) at the points of a tree."""
     far, near = tree.query(places, k=range(1, min(_NEAREST, tree.n) + 1))
     weight = 1 / np.maximum(far / np.maximum(far[:, -1:], np.finfo(float).tiny), 1e-6) ** 2
     weight /= weight.sum(axis=1, keepdims=True)
@@ -57,15 +58,16 @@ def _on_planes(tree: "scipy.spatial.KDTree", values: np.ndarray, places: np.ndar
 def loaded_lips(
     mesh: TetMesh, pressure: float, traction: Sequence[float] = (), field: LipField | None = None
 ) -> tuple[Traction, ...]:
-    """Return what loads lips: a pressure, a traction (3,) on lips A with its opposite on lips B, a field.
+    """Return the tractions on lips: pressure, traction (3,) on lips A with its opposite on lips B, field.
 
-    Positive pressures open the cracks. Raises CraftmeshError for a mesh without lips.
+    Positive pressures open the cracks. Raises CraftmeshError for a mesh without lips or a field that does
+    not cover them.
     """
     found = []
     lips = {name: faces for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)}
     if not lips:
         raise CraftmeshError(
-            "lip_pressure: the mesh has no lips; give one with an opened crack, or no load on lips"
+            "lip_pressure: the mesh has no lips; give a mesh with an opened crack, or no load"
         )
     if field is not None:
         _refuse_uncovered(mesh, np.concatenate(list(lips.values())), field)
@@ -83,7 +85,7 @@ def loaded_lips(
 
 
 def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None:
-    """Raise CraftmeshError for a field that lies off the body, or without points near some of the faces."""
+    """Raise CraftmeshError if a field lies off the body or has no points near some of the faces (f, 2)."""
     notes_on_place("lip_field", field.points, mesh.box)
     corners = mesh.points[face_nodes(mesh.tets[:, :4], faces)]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -93,8 +95,8 @@ def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None
         area = np.linalg.norm(area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], faces)), axis=1)
         raise CraftmeshError(
             f"lip_field: its points cover {area[is_covered].sum() / area.sum():.1%} of the lips, {where}; "
-            "expected values all over the lips, 0 where nothing acts: extend the table, for a crack that "
-            "grows as far as its lips may come, or give lip_pressure in its place"
+            "give values on all lips, 0 where nothing acts (for a growing crack, as far as its lips may "
+            "reach), or give lip_pressure instead"
         )
 
 
@@ -104,9 +106,9 @@ def on_lips(load: Load | None) -> tuple[Traction, ...]:
 
 
 def mean_traction(load: Load | None, mesh: TetMesh) -> float:
-    """Return the mean size of the tractions on lips, 0 without: the stress that they stand for.
+    """Return the mean magnitude of the tractions on lips, weighted by area; 0 without tractions.
 
-    What acts on one lip is added up first: its pressure, and what acts along each axis.
+    Tractions on the same lip are added first: its pressure, and the components along each axis.
     """
     pull: dict[str, np.ndarray] = {}
     area: dict[str, np.ndarray] = {}

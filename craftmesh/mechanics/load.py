@@ -1,4 +1,4 @@
-"""A load as data: which nodes are held, moved or under traction, and how."""
+"""A load as data: nodes that are held or moved, and tractions on faces."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -15,12 +15,12 @@ from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES, TetMesh
 
-# Points and weights by which the deck's solvers integrate pressures on faces of C3D4 and of C3D10.
+# Points and weights with which Abaqus and CalculiX integrate pressures on faces of C3D4 and of C3D10.
 _DECK_RULES = {
     4: (np.array([[1 / 3, 1 / 3]]), np.array([1 / 2])),
     10: (np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)),
 }
-# Corners 0 to 7 of a cube, x fastest, and its tetrahedra along the diagonal.
+# Corners 0 to 7 of the unit cube, x fastest, and six tetrahedra around its diagonal.
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 _TETS = np.array(
     [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]], np.int32
@@ -29,10 +29,10 @@ _TETS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Traction:
-    """A stress on a face set: faces (f, 2) of elements and sides.
+    """A stress on a face set; faces (f, 2): rows of (element, side).
 
-    axis: the one (0, 1, 2) along which it acts; None: the outward normals, tension > 0. stress: one for
-    all, or those (f, q) at the points of `face_points`.
+    axis: direction (0, 1, 2) of the traction; None: along the outward normals, tension > 0. stress: one
+    value for all faces, or values (f, q) at the points of `face_points`.
     """
 
     faces: np.ndarray
@@ -42,15 +42,15 @@ class Traction:
 
 
 def point_vectors(traction: Traction, area: np.ndarray) -> np.ndarray:
-    """Return the traction (f, q, 3) at the points of `face_points` on its faces, area: theirs."""
+    """Return the traction (f, q, 3) at the points of `face_points`; area (f, q, 3): area vectors there."""
     way = np.eye(3)[[[traction.axis]]] if traction.axis is not None else unit(area)
     return np.broadcast_to(traction.stress, area.shape[:2])[:, :, None] * way
 
 
 def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
-    """Return the forces (n, 3) of tractions on a mesh, consistent with its shape functions.
+    """Return the nodal forces (n, 3) of tractions on a mesh, consistent with its shape functions.
 
-    One stress for all faces is integrated as the deck's solvers do, which take pressures as they are.
+    A uniform stress is integrated with the points of the deck's solvers, which receive the stress itself.
     """
     forces = np.zeros(mesh.points.shape)
     for traction in tractions:
@@ -66,9 +66,9 @@ def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Fixed:
-    """Nodes (k,) whose displacement along `axis` (0, 1, 2) is prescribed: one value, or one each (k,).
+    """Nodes (k,) whose displacement along `axis` (0, 1, 2) is prescribed: one value, or one per node (k,).
 
-    0 holds them. name: the node set of the mesh that they are, empty for single nodes.
+    The value 0 holds the nodes. name: the node set of the mesh that they form, empty for single nodes.
     """
 
     nodes: np.ndarray
@@ -79,9 +79,9 @@ class Fixed:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """One static step: `held` before and throughout it, then `moved` or `pulled` in it.
+    """One static step: `held` acts before and throughout it, `moved` and `pulled` within it.
 
-    heat: how many times the eigenstrains of the grains come with it.
+    heat: the factor of the grains' eigenstrains in the step.
     """
 
     held: tuple[Fixed, ...]
@@ -99,7 +99,7 @@ class Load:
 
 
 def acting_faces(loads: Iterable[Load]) -> list[tuple[str, int]]:
-    """Return the faces of the box that loads move or pull, each with the axis (0, 1, 2) along which."""
+    """Return the faces of the box that loads move or pull, each with the axis (0, 1, 2) of that load."""
     found: dict[tuple[str, int], None] = {}
     for load in loads:
         found |= {
@@ -116,8 +116,8 @@ def face_loop(
 ) -> dict[str, np.ndarray]:
     """Return the nominal strain and stress (k,) of a face along an axis, positive outwards, by name.
 
-    displacement (k, n, 3) of the face's nodes (n,) of the mesh; force (k, 3): the sum of those on it. The
-    strain is the mean displacement over the box's length across the face, the stress the force over the
+    displacement (k, n, 3): of the face's nodes (n,) at k times; force (k, 3): total force on the face. The
+    strain is the mean displacement over the box's length normal to the face, the stress the force over the
     box's cross-section.
     """
     across, sign = BOX_PLANES.index(plane) // 2, 1.0 if plane.endswith("MAX") else -1.0
@@ -130,7 +130,7 @@ def face_loop(
 
 
 def combined(parts: Sequence[tuple[float, Load]]) -> Load:
-    """Return the sum of loads with the same supports, each times its factor."""
+    """Return the weighted sum of loads with the same supports; parts: (factor, load) each."""
     if len(parts) == 1 and parts[0][0] == 1:
         return parts[0][1]
     held: dict[tuple, Fixed] = {}
@@ -157,11 +157,11 @@ def tension(
     rollers: bool,
     lips: Sequence[Traction] = (),
 ) -> Load:
-    """Return the load that pulls the far plane of `axis` (0, 1, 2) away from the near one, which is held.
+    """Return the load that pulls the far plane of `axis` (0, 1, 2) away from the near plane, which is held.
 
-    magnitude: the strain between both planes, or with by_stress the stress on the far one. With rollers the
-    near planes of the other axes are held along their normals, as planes of symmetry; without, the body is
-    held against turning and sliding at two nodes of the near plane. lips, errors: as `load_on`.
+    magnitude: the strain between both planes, or with by_stress the stress on the far plane. With rollers
+    the near planes of the other axes are held along their normals, as planes of symmetry. Without rollers
+    two nodes of the near plane are held against rotation and sliding. lips, errors: as in `load_on`.
     """
     near, far = (f"{'XYZ'[axis]}{end}" for end in ("MIN", "MAX"))
     rows = near_planes(range(3) if rollers else [axis])
@@ -172,7 +172,7 @@ def tension(
 
 
 def near_planes(axes: Iterable[int]) -> list[FaceRow]:
-    """Return the rows that hold the near planes of axes along their normals."""
+    """Return the rows that hold the near planes of axes (0, 1, 2) along their normals."""
     return [FaceRow(f"{'XYZ'[axis]}MIN", axis, FIXED) for axis in axes]
 
 
@@ -183,11 +183,12 @@ def load_on(
     lips: Sequence[Traction] = (),
     heat: float = 0.0,
 ) -> Load:
-    """Return the load of what the faces of the box bear, of nodes held besides, and of tractions on lips.
+    """Return the load of rows on the box's faces, other held nodes, tractions on lips and eigenstrains.
 
-    Each body of the mesh, as those that a crack has severed, gets as few more supports as keep it from
-    moving as a whole. Raises CraftmeshError for a plane without nodes, for planes that meet and prescribe
-    different displacements, and for stresses that would move a body as a whole.
+    heat: factor of the eigenstrains. Each body of the mesh, such as one that a crack has severed, gets the
+    fewest extra supports that keep it from moving as a whole. Raises CraftmeshError for a plane without
+    nodes, for planes that prescribe different displacements to a common edge, and for stresses that would
+    move a body.
     """
     _check_planes(mesh, rows)
     held = [Fixed(mesh.node_sets[row.plane], row.axis, name=row.plane) for row in rows if row.kind == FIXED]
@@ -200,7 +201,7 @@ def load_on(
     _check_edges([*held, *moved])
     held += holds
     pulled = (*(_pulled(mesh, row) for row in rows if row.kind == STRESS), *lips)
-    # in one order, so that load cases which hold the same faces get the same supports besides
+    # sorted, so that load cases that hold the same faces get the same extra supports
     supports = sorted(
         ((fixed.nodes, fixed.axis) for fixed in (*held, *moved)),
         key=lambda part: (part[1], len(part[0]), part[0].tolist()),
@@ -220,7 +221,7 @@ def _check_planes(mesh: TetMesh, rows: Sequence[FaceRow]) -> None:
 
 
 def _check_edges(parts: Sequence[Fixed]) -> None:
-    """Refuse planes that prescribe different displacements to the edge in which they meet."""
+    """Raise CraftmeshError if planes prescribe different displacements to the edge in which they meet."""
     for k, one in enumerate(parts):
         for other in parts[:k]:
             gap = abs(float(one.displacement) - float(other.displacement))
@@ -228,7 +229,7 @@ def _check_edges(parts: Sequence[Fixed]) -> None:
             if one.axis == other.axis and one.name[0] != other.name[0] and not same:
                 raise CraftmeshError(
                     f"load: {other.name} moves along {'xyz'[one.axis]} by {other.displacement:g} and "
-                    f"{one.name} by {one.displacement:g}, and they meet in an edge; prescribe one, and a "
+                    f"{one.name} by {one.displacement:g}, and they meet in an edge; prescribe one, with a "
                     "stress on the other"
                 )
 
@@ -241,7 +242,7 @@ def _pulled(mesh: TetMesh, row: FaceRow) -> Traction:
 
 
 def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]:
-    """Hold one of the nodes (k,) of a plane normal to `axis` in it, and the farthest against turning."""
+    """Return supports in a plane normal to `axis`: hold one of its nodes (k,), and a far one along v."""
     u, v = (other for other in range(3) if other != axis)
     points = mesh.points[nodes]
     corner = np.lexsort((points[:, v], points[:, u]))[0]
@@ -251,7 +252,7 @@ def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]
 
 
 def check_faces(rows: Sequence[FaceRow]) -> None:
-    """Raise CraftmeshError for rows that `load_on` refuses on a cube of edge 1."""
+    """Raise CraftmeshError if `load_on` rejects the rows on a cube of edge 1."""
     corners, grain = _CORNERS[_TETS[:, FACE_CORNERS]], np.ones(len(_TETS), np.int32)
     face_sets = {
         plane: np.argwhere((corners[..., number // 2] == number % 2).all(axis=2))

@@ -11,14 +11,14 @@ from craftmesh.errors import CraftmeshError
 _COUNT = {"isotropic": 2, "cubic": 3, "hexagonal": 5, "anisotropic": 21}
 _NAMES = {"isotropic": "E, nu", "cubic": "c11, c12, c44", "hexagonal": "c11, c12, c13, c33, c44"}
 _NAMES |= {"anisotropic": "D1111, D1122, D2222, ... D2323"}
-# Rows and columns in a tensor of the components of stress and strain in the order of all stiffnesses, 11,
-# 22, 33, 12, 13, 23, and the number of each place's component.
+# Row and column in a tensor of each component of stress and strain, in the order 11, 22, 33, 12, 13, 23 of
+# all stiffnesses; COMPONENT: the component number of each entry.
 ROW, COLUMN = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
 COMPONENT = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
-# Engineering shears are twice those of tensors.
+# Factors from engineering to tensor components, and for pairs of components: shears are halved.
 _OF_SHEAR = np.where(ROW == COLUMN, 1.0, 0.5)
 _OF_TENSOR = np.outer(_OF_SHEAR, _OF_SHEAR)
-# Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
+# (row, column) of the 21 constants, column by column of the upper triangle: D1111, D1122, D2222, ...
 _UPPER = tuple((row, column) for column in range(6) for row in range(column + 1))
 
 
@@ -27,10 +27,10 @@ class Material:
     """A linear elastic material in its own axes; stresses in the model's unit.
 
     kind and constants: "isotropic" (E, nu); "cubic" (c11, c12, c44); "hexagonal" (c11, c12, c13, c33, c44),
-    the c axis along the crystal's z, as Bunge angles, DREAM.3D and DAMASK have it; "anisotropic" the 21
-    constants D1111, D1122, D2222, D1133, D2233, D3333, D1112, ... D2323 as Abaqus and CalculiX order them,
-    with engineering shear strains. Raises CraftmeshError for another kind, a wrong count, or constants that
-    do not give a positive strain energy for every strain.
+    the c axis along the crystal's z, as in Bunge angles, DREAM.3D and DAMASK; "anisotropic" the 21
+    constants D1111, D1122, D2222, D1133, D2233, D3333, D1112, ... D2323 in the order of Abaqus and
+    CalculiX, with engineering shear strains. Raises CraftmeshError for an unknown kind, a wrong count, or
+    constants that do not give a positive strain energy for every strain.
     """
 
     kind: str
@@ -54,7 +54,7 @@ class Material:
             )
 
     def stiffness(self) -> np.ndarray:
-        """Return the (6, 6) stiffness over 11, 22, 33, 12, 13, 23 with engineering shear strains."""
+        """Return the stiffness (6, 6) in order 11, 22, 33, 12, 13, 23, with engineering shear strains."""
         stiffness = np.zeros((6, 6))
         if self.kind == "anisotropic":
             for value, (row, column) in zip(self.constants, _UPPER):
@@ -71,14 +71,14 @@ class Material:
         return stiffness
 
     def in_axes(self, matrix: np.ndarray) -> "Material":
-        """Return the material in other axes: columns of matrix (3, 3), unit vectors in its own."""
+        """Return the material in other axes: columns of matrix (3, 3), in the material's own axes."""
         if self.kind == "isotropic":
             return self
         stiffness = turned(self.stiffness(), matrix.T)
         return Material("anisotropic", tuple(float(stiffness[place]) for place in _UPPER))
 
     def upper_triangle(self) -> list[float]:
-        """Return the 21 constants in the order of `anisotropic`."""
+        """Return the 21 constants in the order of kind "anisotropic"."""
         stiffness = self.stiffness()
         return [float(stiffness[place]) for place in _UPPER]
 
@@ -91,7 +91,7 @@ def _lame(young: float, poisson: float) -> tuple[float, float, float]:
 
 
 def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Return stiffnesses (..., 6, 6) of crystals in the axes of the sample.
+    """Return stiffnesses (..., 6, 6) of crystals, rotated from crystal axes to sample axes.
 
     matrix (..., 3, 3): the active rotations from crystal to sample axes; rows are the sample's axes.
     Source: W. L. Bond, Bell Syst. Tech. J. 22 (1943), the matrix of stresses.
@@ -104,7 +104,7 @@ def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 class MeanModuli(NamedTuple):
-    """Bulk and shear moduli (g,): voigt's of the same strain everywhere, reuss's of the same stress."""
+    """Mean bulk and shear moduli (g,): Voigt's for uniform strain, Reuss's for uniform stress."""
 
     voigt_bulk: np.ndarray
     voigt_shear: np.ndarray
@@ -113,7 +113,7 @@ class MeanModuli(NamedTuple):
 
     @property
     def anisotropy(self) -> np.ndarray:
-        """The universal index (g,) of Ranganathan & Ostoja-Starzewski (2008), 0 of isotropic materials."""
+        """Universal anisotropy index (g,) of Ranganathan & Ostoja-Starzewski (2008), 0 if isotropic."""
         index = 5 * self.voigt_shear / self.reuss_shear + self.voigt_bulk / self.reuss_bulk - 6
         return np.maximum(index, 0.0)
 
@@ -125,7 +125,7 @@ def mean_moduli(stiffness: np.ndarray) -> MeanModuli:
 
 
 def _means(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean bulk and shear terms (g,) of (g, 6, 6) over the components of tensors."""
+    """Return the bulk and shear averages (g,) of matrices (g, 6, 6) in tensor components."""
     stretch = np.trace(matrix[:, :3, :3], axis1=1, axis2=2)
     across = matrix[:, :3, :3].sum(axis=(1, 2)) - stretch
     shear = np.trace(matrix[:, 3:, 3:], axis1=1, axis2=2)
@@ -135,21 +135,23 @@ def _means(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
     """Return materials by phase from texts such as "cubic:108e3,61e3,28e3" or "2=isotropic:200e3,0.3".
 
-    A text without a phase holds for every phase (key None). Raises CraftmeshError for other texts.
+    A text without a phase applies to all phases (key None). Raises CraftmeshError for texts of another
+    form.
     """
     expected = "expected KIND:CONSTANTS or PHASE=KIND:CONSTANTS as cubic:8e3,6e3,2e3"
     found = numbers_by_phase("material", texts, expected)
     if not found:
-        raise CraftmeshError("material: none is given; expected one for all phases, or each with its phase")
+        raise CraftmeshError("material: none is given; give one for all phases, or one per phase")
     return {phase: Material(kind, tuple(numbers)) for phase, (kind, numbers) in found.items()}
 
 
 def numbers_by_phase(
     option: str, texts: Iterable[str], expected: str
 ) -> dict[int | None, tuple[str, list[float]]]:
-    """Return kinds and numbers by phase, None: all of them, of texts KIND:NUMBERS or PHASE=KIND:NUMBERS.
+    """Return (kind, numbers) by phase, None for all, from texts KIND:NUMBERS or PHASE=KIND:NUMBERS.
 
-    Raises CraftmeshError for other texts, with what is expected, and for two of one phase.
+    option, expected: the key and the expected form, for errors. Raises CraftmeshError for texts of another
+    form and for two texts of one phase.
     """
     found: dict[int | None, tuple[str, list[float]]] = {}
     for text in texts:
@@ -163,10 +165,10 @@ def numbers_by_phase(
         if key is not None and key < 0:
             raise CraftmeshError(f"{option}: {text!r}; {expected}")
         if key in found:
-            raise CraftmeshError(f"{option}: {text!r} is a second one for its phase already; keep one")
+            raise CraftmeshError(f"{option}: {text!r} is the second text for its phase; keep one")
         found[key] = kind.strip(), values
     if None in found and len(found) > 1:
-        raise CraftmeshError(f"{option}: expected one for all phases, or each with its phase")
+        raise CraftmeshError(f"{option}: one text has no phase; give one for all phases, or one per phase")
     return found
 
 
@@ -176,10 +178,10 @@ def phases_of_grains(
     phases: np.ndarray | None,
     option: str = "material",
 ) -> dict[int, int | None]:
-    """Return the key in `materials` of each of the grains (g,) by its id.
+    """Return the key in `materials` of each of the grains (g,), by grain id.
 
-    phases (n,), row = grain id, 0 unknown; option: what gives the materials. Raises CraftmeshError for a
-    phase without a material, and where there are several materials and no phases.
+    phases (n,), row = grain id, 0 unknown; option: the key that errors name. Raises CraftmeshError for a
+    phase without a material, and for several materials without phases.
     """
     if None in materials:
         return dict.fromkeys(grains.tolist(), None)
@@ -194,5 +196,5 @@ def phases_of_grains(
     }
     for grain, phase in found.items():
         if phase not in materials:
-            raise CraftmeshError(f"{option}: grain {grain} has phase {phase}; give one for it too")
+            raise CraftmeshError(f"{option}: grain {grain} has phase {phase}, which has none; add one")
     return found

@@ -1,6 +1,6 @@
-"""The finite-element model of a mesh: its elements, what its grains are made of, and its load.
+"""The finite-element model of a mesh: its elements, the materials of its grains, and its load.
 
-The deck writes it and the solver solves it: what both must agree on is found here, once.
+The deck writes the model and the solver solves it. What both must agree on is determined here, once.
 """
 
 from collections.abc import Iterable, Mapping
@@ -28,12 +28,13 @@ from craftmesh.types import Crystal, TetMesh
 class ElasticModel:
     """A linear elastic body in finite elements, with its supports and loads.
 
-    mesh: with the nodes of `element`; grains (g,): the ids that occur, ascending; axes: per grain of known
-    orientation the sample components (6,) of its axes [100] and [010]; materials: by phase; phase_of: the
-    key in them of each grain; load: None where none is asked for, the first of several; own_strain
-    (g, 3, 3): the eigenstrain of each grain in its own axes; scale: of lengths in the deck over those here.
-    cases: the loads by name where they have names; combinations: the sums of them that are asked for.
-    element_axes (m, 6): such axes of single elements, for the deck alone; NaN: those of their grain.
+    mesh: with the nodes of `element`; grains (g,): ids that occur, ascending; axes: by grain of known
+    orientation the sample components (6,) of its crystal axes [100] and [010]; materials: by phase;
+    phase_of: key in `materials` by grain; load: the only load or the first case, None if none is asked for;
+    own_strain (g, 3, 3): eigenstrain of each grain in its own axes; scale: lengths in the deck over lengths
+    here. cases: loads by the names of load cases; combinations: the sums of cases that are asked for.
+    element_axes (m, 6): axes as above of single elements, which only the deck uses; NaN: those of the
+    grain.
     """
 
     mesh: TetMesh
@@ -50,24 +51,24 @@ class ElasticModel:
     element_axes: np.ndarray | None = None
 
     def under(self, one: Combination) -> "ElasticModel":
-        """Return the model whose load is a sum of its load cases."""
+        """Return the model whose load is one combination of its load cases."""
         load = combined([(factor, self.cases[case]) for case, factor in one.factors.items()])
         return replace(self, load=load)
 
     def by_load(self) -> dict[str, "ElasticModel"]:
-        """Return the model under each of its combinations by name, or itself as ""."""
+        """Return the model under each of its combinations, by name; without any, itself by the name ""."""
         return {one.name: self.under(one) for one in self.combinations} or {"": self}
 
     def loads(self, names: Iterable[str]) -> dict[str, Load]:
-        """Return load cases and sums by their names, "" the only load."""
+        """Return the loads of cases and combinations by name, "" for the only one; None is left out."""
         sums = {name: one.load for name, one in self.by_load().items()}
         known = {"": self.load, **self.cases, **sums}
         return {name: load for name in names if (load := known[name]) is not None}
 
     def in_unit_of_deck(self) -> "ElasticModel":
-        """Return the model with lengths and displacements times `scale`.
+        """Return the model in the deck's unit of length: lengths and displacements times `scale`.
 
-        Stresses and moduli stay, so forces are scale^2 times as large, and strains the same.
+        Stresses, moduli and strains stay the same, so forces become scale^2 times as large.
         """
         if self.scale == 1:
             return self
@@ -77,9 +78,9 @@ class ElasticModel:
         return replace(self, mesh=mesh, load=load, scale=1.0, cases=cases)
 
     def stiffness(self) -> np.ndarray:
-        """Return the stiffness (g, 6, 6) of each grain in the sample's axes, as `Material.stiffness`.
+        """Return the stiffness (g, 6, 6) of each grain in sample axes, in the form of `Material.stiffness`.
 
-        Grains of one isotropic material have the same bits: no turn rounds them apart.
+        Grains of one isotropic material get bitwise equal values, because they are not rotated.
         """
         found = []
         for grain in self.grains.tolist():
@@ -91,13 +92,13 @@ class ElasticModel:
         return np.array(found).reshape(-1, 6, 6)
 
     def own_axes(self, grain: int) -> np.ndarray:
-        """Return the axes of a grain as columns (3, 3): its crystal's, or the sample's where not known."""
+        """Return the axes of a grain as columns (3, 3): its crystal's, or the sample's where unknown."""
         return axes_of(grain, self.axes)
 
     def eigenstrain(self) -> np.ndarray:
-        """Return the strain (g, 3, 3) of each grain that its load has it take, in the sample's axes.
+        """Return the strain (g, 3, 3) that the load imposes on each grain, in sample axes.
 
-        Grains of one that is the same along all axes have the same bits.
+        Grains of one isotropic strain get bitwise equal values.
         """
         heat = 0.0 if self.load is None else self.load.heat
         turns = [self.own_axes(grain) for grain in self.grains.tolist()]
@@ -116,16 +117,16 @@ def elastic_model(
     lip_field: LipField | None = None,
     grain_strains: Mapping[int, np.ndarray] | None = None,
 ) -> tuple[ElasticModel, dict]:
-    """Return the model of a 4- or 10-node mesh, and counts, those of the quarter points among them.
+    """Return the model of a 4- or 10-node mesh, and counts, including those of the quarter points.
 
-    The counts have `notes` where materials have not the symmetry of the crystals, by phase, and on ids of
+    The counts have `notes` on materials that lack the symmetry of their crystals, by phase, and on ids of
     grain_strains that are no grains.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
-    sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains: what the files of
-    lip_field and eigenstrain_file hold, strains (3, 3) by grain in the sample's axes. Raises CraftmeshError
-    when a grain whose material or eigenstrain is not isotropic has no orientation, a phase has no material,
-    the element type does not fit the mesh, or the load has no face to act on.
+    sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains: the content of the
+    files that options lip_field and eigenstrain_file name, strains (3, 3) by grain in sample axes. Raises
+    CraftmeshError if a grain whose material or eigenstrain is not isotropic has no orientation, a phase has
+    no material, the element type does not fit the mesh, or the load has no face to act on.
     """
     _check_held(options, lip_field=lip_field, eigenstrain_file=grain_strains)
     mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
@@ -159,11 +160,11 @@ def elastic_model(
 
 
 def _check_held(options: ModelOptions, **held: object) -> None:
-    """Refuse options that name a file whose content is not given."""
+    """Raise CraftmeshError if options name a file whose content was not passed."""
     for name, content in held.items():
         if getattr(options, name) and content is None:
             raise CraftmeshError(
-                f"{name} is {getattr(options, name)!r}, which commands read; give the model what it holds"
+                f"{name} is {getattr(options, name)!r}, but the model reads no file; pass its content"
             )
 
 
@@ -188,13 +189,13 @@ def _check_oriented(
     if unoriented:
         kind = materials[phase_of[unoriented[0]]].kind
         raise CraftmeshError(
-            f"material: {kind} needs an orientation per grain, and {len(unoriented)} have none (the first: "
+            f"material: {kind} needs an orientation per grain, but {len(unoriented)} have none (the first: "
             f"{unoriented[0]}); give orientations with the microstructure, or an isotropic material"
         )
 
 
 def _load(mesh: TetMesh, options: ModelOptions, field: LipField | None, case: str = "") -> Load | None:
-    """Return the load of a case, or of the only one; pressed lips and eigenstrains are cases too."""
+    """Return the load of a case, or the only load; lip loads and eigenstrains are cases of their own."""
     heat = float(options.strains_grains and case in ("", EIGENSTRAIN))
     on_lips = options.loads_lips and case in ("", LIP_PRESSURE)
     lips = loaded_lips(mesh, options.lip_pressure, options.lip_traction, field) if on_lips else ()

@@ -1,4 +1,4 @@
-"""What makes a finite-element model of a mesh: the keys that the deck, the solver and K share."""
+"""Options of the finite-element model, which the deck, the solver and K share."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,13 @@ from craftmesh.mechanics.eigenstrains import parse_eigenstrains
 from craftmesh.mechanics.faces import Combination, combinations_of, parse_faces
 from craftmesh.options import Options, option
 
-LIP_PRESSURE, EIGENSTRAIN = "lip_pressure", "eigenstrain"  # the load cases of these keys
+LIP_PRESSURE, EIGENSTRAIN = "lip_pressure", "eigenstrain"  # names of the load cases that these keys make
 PLATES = "plates"
 
 
 @dataclass(frozen=True)
 class ModelOptions(Options):
-    """What makes a model of a mesh: element type, materials and one tension step."""
+    """Options of a finite-element model: element type, materials, loads and supports."""
 
     element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
     material: tuple[str, ...] = option(
@@ -24,75 +24,75 @@ class ModelOptions(Options):
     )
     load: str = option(
         "strain",
-        "what the step prescribes; plates: the strain, and in the deck, for Abaqus then, two rigid "
-        "plates without friction compress the body",
+        "what magnitude is; plates: the strain, and in the deck (which is then for Abaqus only) two rigid "
+        "frictionless plates compress the body",
         choices=("strain", "stress", PLATES, "none"),
     )
-    magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")
+    magnitude: float = option(1e-3, "strain, or stress in the materials' unit; tension is positive")
     axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
     sides: str = option(
         "free",
-        "the minimum planes of the other two axes: free, with the body held against turning and sliding "
-        "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
+        "minimum planes of the other two axes: free, with the body held against rotation and sliding at "
+        "two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
         choices=("free", "rollers"),
     )
     faces: tuple[str, ...] = option(
         (),
-        "what faces bear, in place of load, magnitude, axis and sides: FACE.AXIS=fixed, "
-        "FACE.AXIS=strain:VALUE, a displacement over the box's length across the face, or "
-        "FACE.AXIS=stress:VALUE; FACE XMIN to ZMAX, AXIS its normal or one in it. The same value on "
-        "opposite faces is a uniform tension or shear; what is not named is free. AXIS=stress:VALUE "
-        "alone: the near face fixed, the far one pulled. CASE/ before a row: of that load case alone",
+        "loads and supports of faces, instead of load, magnitude, axis and sides: FACE.AXIS=fixed, "
+        "FACE.AXIS=strain:VALUE (displacement over the box's length normal to the face) or "
+        "FACE.AXIS=stress:VALUE; FACE is XMIN to ZMAX, AXIS its normal or one in it. The same value on "
+        "opposite faces is a uniform tension or shear; unnamed components are free. AXIS=stress:VALUE "
+        "fixes the near face and pulls the far one. CASE/ in front puts a row into that load case only",
     )
     combine: tuple[str, ...] = option(
         (),
-        "sums of load cases, NAME=CASE:FACTOR,CASE:FACTOR,...: K is found for these, none: for each case",
+        "sums of load cases, NAME=CASE:FACTOR,CASE:FACTOR,...; K is found for the sums, or for each case",
     )
     lip_pressure: float = option(
         0.0,
-        "pressure on the lips of cracks, in the materials' unit; positive ones open them; beside the load, "
-        "or with load none alone; beside load cases one of its own, lip_pressure",
+        "pressure on the lips (crack faces), in the materials' unit; positive opens the cracks; added to "
+        "the load, or alone with load none; with load cases it is a case of its own, lip_pressure",
     )
     lip_traction: tuple[float, ...] = option(
         (),
-        "traction on lips A along x, y, z, in the materials' unit, with its opposite on lips B; beside "
+        "traction on lips A along x, y, z, in the materials' unit, with its opposite on lips B; added to "
         "lip_pressure",
     )
     lip_field: str = option(
         "",
-        "csv of a field on the lips, columns x,y,z, and pressure, or tx,ty,tz as lip_traction, or all; "
-        "comes to both",
+        "csv of a field on the lips: columns x,y,z, and pressure, or tx,ty,tz as in lip_traction, or all; "
+        "added to both options",
     )
     eigenstrain: tuple[str, ...] = option(
         (),
-        "what grains would strain by if nothing held them, as the thermal expansion times the change of "
-        "temperature: KIND:VALUES for all phases or PHASE=KIND:VALUES each, 0 in the others; kinds and "
-        "values: isotropic one; in the crystal's axes orthotropic 11,22,33; anisotropic 11,22,33,12,13,23. "
-        "Beside load cases one of its own, eigenstrain",
+        "strains that grains would have if nothing held them, such as thermal expansion times temperature "
+        "change: KIND:VALUES for all phases or PHASE=KIND:VALUES each, 0 in the others; kinds and "
+        "values: isotropic one; in crystal axes orthotropic 11,22,33; anisotropic 11,22,33,12,13,23. "
+        "With load cases it is a case of its own, eigenstrain",
     )
     eigenstrain_file: str = option(
         "",
-        "csv of the grains' eigenstrains in place of eigenstrain: columns grain, and e along all axes, or "
-        "e11,e22,e33,e12,e13,e23 in the sample's axes",
+        "csv of the grains' eigenstrains, instead of eigenstrain: columns grain, and e along all axes, or "
+        "e11,e22,e33,e12,e13,e23 in sample axes",
     )
     quarter_points: bool | None = option(
         None,
-        "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
+        "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only in "
         "cases whose cracks grow",
     )
     scale: float = option(
         1.0,
         "lengths in the deck over the model's: 1000 writes a model in m in mm; stresses and moduli keep "
-        "their unit, and displacements of other solvers are turned back",
+        "their unit; displacements from other solvers are converted back",
         above=0,
     )
 
     def __post_init__(self) -> None:
-        """Raise CraftmeshError for values out of bounds, and for those that do not fit each other."""
+        """Raise CraftmeshError for values out of bounds and for values that do not fit each other."""
         super().__post_init__()
         if self.quarter_points and self.element != "C3D10":
             raise CraftmeshError(
-                f"quarter_points is true, and {self.element} has no mid nodes; expected element C3D10"
+                f"quarter_points is true, but {self.element} has no mid nodes; expected element C3D10"
             )
         if len(self.lip_traction) not in (0, 3):
             raise CraftmeshError(
@@ -100,26 +100,26 @@ class ModelOptions(Options):
             )
         if self.eigenstrain and self.eigenstrain_file:
             raise CraftmeshError(
-                f"eigenstrain_file is {self.eigenstrain_file!r}, and there is an eigenstrain too; keep one"
+                f"eigenstrain_file is {self.eigenstrain_file!r}, but eigenstrain is given too; keep one"
             )
         _ = self.combinations
         parse_eigenstrains(self.eigenstrain)
         if self.has_plates and not self.magnitude < 0:
             raise CraftmeshError(
-                f"magnitude is {self.magnitude:g}, and plates only compress; expected a negative strain "
+                f"magnitude is {self.magnitude:g}, but plates only compress; give a negative strain "
                 "such as -0.001"
             )
         if self.load in ("strain", PLATES) and abs(self.magnitude) > 1:
             raise CraftmeshError(
-                f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "
+                f"magnitude is {self.magnitude:g}, a strain over 1 in size; give a "
                 "small one such as 0.001, or load stress"
             )
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """The names of the load cases, none where there is a single load.
+        """Names of the load cases, empty if there is a single load.
 
-        A pressure on lips and eigenstrains are one each.
+        Lip loads and eigenstrains are a case each, where the faces name cases.
         """
         named = dict.fromkeys(row.case for row in parse_faces(self.faces) if row.case)
         own = {LIP_PRESSURE: self.loads_lips, EIGENSTRAIN: self.strains_grains}
@@ -132,12 +132,12 @@ class ModelOptions(Options):
 
     @property
     def has_plates(self) -> bool:
-        """Whether the load is that of two rigid plates."""
+        """Whether the load is the compression by two rigid plates."""
         return self.load == PLATES and not self.faces
 
     @property
     def is_loaded(self) -> bool:
-        """Whether anything strains the body."""
+        """Whether any load or eigenstrain strains the body."""
         if self.faces:
             strained = any(row.value for row in parse_faces(self.faces))
         else:
@@ -152,5 +152,5 @@ class ModelOptions(Options):
 
     @property
     def loads_lips(self) -> bool:
-        """Whether anything acts on the lips."""
+        """Whether any load acts on the lips."""
         return bool(self.lip_pressure) or any(self.lip_traction) or bool(self.lip_field)

@@ -1,13 +1,12 @@
-"""The fields round the front of a crack in any crystal: of unit K and of unit forces along the front.
+"""Fields around a crack front in any crystal: of unit K, and of unit forces along the front.
 
 Local axes 1, 2, 3 are the binormal, the normal and the tangent of the front; r and theta are polar in the
 plane of the first two, theta = 0 ahead of the crack, +pi on lip A, -pi on lip B.
 
 Stroh's formalism without its eigenvectors: with w = (u, phi), displacements and stress functions, a field
 that grows with r^(1/2) obeys dw/dtheta = N(theta) w / 2, where N is the fundamental elasticity matrix in
-the turned axes. That is integrated step by step, so isotropic and other degenerate materials need no case
-of their own.
-Source: T. C. T. Ting, Anisotropic Elasticity (1996), chapters 5-7, 11.
+the rotated axes. This equation is integrated step by step, so isotropic and other degenerate materials need
+no case of their own. Source: T. C. T. Ting, Anisotropic Elasticity (1996), chapters 5-7, 11.
 """
 
 from dataclasses import dataclass
@@ -16,24 +15,25 @@ import numpy as np
 
 from craftmesh.mechanics.materials import COMPONENT
 
-# The fields: K_II, K_I, K_III in the order of the axes in which the lips part, then the forces that give
-# the strain along the binormal and the shear towards the tangent.
+# Axes of the line forces. The fields are K_II, K_I, K_III, in the order of the axes along which the lips
+# separate, then the forces that give the strain along the binormal and the shear towards the tangent.
 AXES_OF_FORCES = (0, 2)
 MODES = 3 + len(AXES_OF_FORCES)
-# Fields are continued past the lips, which may bend: theta of a point is within pi of its side's middle.
+# Largest theta: fields continue past the lips, which may bend; theta of a point is within pi of +-pi/2, the
+# middle of its side.
 LARGEST_ANGLE = 1.5 * np.pi
-# Cells in theta. Cubic interpolation between them errs by 1e-6 of the field in copper.
+# Number of cells in theta. Cubic interpolation in them errs by 1e-6 of the field in copper.
 CELLS = 96
-_STEPS = 2  # of integration in each cell
+_STEPS = 2  # integration steps in each cell
 
 
 @dataclass(frozen=True, eq=False)
 class NearField:
-    """Displacement gradients round straight fronts in k crystals, as functions of theta.
+    """Displacement gradients around straight crack fronts in k crystals, as functions of theta.
 
-    angles (c + 1,); value (k, c + 1, MODES, 3, 2): gradients along axes 1 and 2, times r^(1/2) for unit K
-    and times r for unit forces per length; slope: their derivatives by theta. opening (k, 3, 3): the matrix
-    L^-1 of Barnett and Lothe; J = K . L^-1 K / 2 with K in the order of the axes.
+    angles (c + 1,): ends of the cells; value (k, c + 1, MODES, 3, 2): gradients along axes 1 and 2, times
+    r^(1/2) for unit K and times r for unit forces per length; slope: derivatives of value by theta. opening
+    (k, 3, 3): the matrix L^-1 of Barnett and Lothe; J = K . L^-1 K / 2 with K in the order of the axes.
     """
 
     angles: np.ndarray
@@ -43,7 +43,7 @@ class NearField:
 
 
 def near_field(stiffness: np.ndarray) -> NearField:
-    """Return the fields in crystals of stiffness (k, 6, 6), over 11, 22, 33, 12, 13, 23 in local axes."""
+    """Return the fields in crystals of stiffness (k, 6, 6), order 11, 22, 33, 12, 13, 23, local axes."""
     tensor = as_tensor(stiffness)
     half = CELLS // 2
     steps = half * _STEPS
@@ -70,7 +70,7 @@ def as_tensor(stiffness: np.ndarray) -> np.ndarray:
 
 
 def fundamental_matrix(tensor: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return N (a, k, 6, 6) in axes turned by angles (a,) about the third, for tensors (k, 3, 3, 3, 3)."""
+    """Return N (a, k, 6, 6) of tensors (k, 3, 3, 3, 3), in axes rotated by angles (a,) about the third."""
     zero = np.zeros(len(angles))
     m = np.stack([np.cos(angles), np.sin(angles), zero], axis=1)
     n = np.stack([-np.sin(angles), np.cos(angles), zero], axis=1)
@@ -85,9 +85,9 @@ def fundamental_matrix(tensor: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 
 def _propagated(tensor: np.ndarray, fine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrices (s + 1, k, 6, 6) that carry w from 0 to every other angle of `fine`, and N.
+    """Return matrices (s + 1, k, 6, 6) that carry w from angle 0 to every second angle of `fine`, and N.
 
-    fine (2 s + 1,): angles from 0 on, those between steps included, for Runge's and Kutta's steps.
+    fine (2 s + 1,): angles from 0 on, with the middles of steps, which the Runge-Kutta method needs.
     """
     matrix = fundamental_matrix(tensor, fine)
     step = fine[2] - fine[0]
@@ -103,9 +103,9 @@ def _propagated(tensor: np.ndarray, fine: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _start(to_lip: np.ndarray) -> np.ndarray:
-    """Return w ahead of the front (k, 6, 3) for unit K along each axis; to_lip (k, 6, 6) carries it to pi.
+    """Return w (k, 6, 3) at theta = 0 for unit K along each axis; to_lip (k, 6, 6) carries w to theta = pi.
 
-    Ahead the stress functions are those of unit K, and on the lip they vanish.
+    Ahead of the front the stress functions are those of unit K; on the lip they vanish.
     """
     functions = np.sqrt(2 / np.pi) * np.broadcast_to(np.eye(3), (len(to_lip), 3, 3))
     moved = -np.linalg.solve(to_lip[:, 3:, :3], to_lip[:, 3:, 3:] @ functions)

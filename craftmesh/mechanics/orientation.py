@@ -1,11 +1,11 @@
 """Crystal orientations: unit quaternions (w, x, y, z) of the active rotation, crystal to sample axes.
 
-The matrix R of such a quaternion turns a vector's components in crystal axes into those in sample axes.
-Bunge's matrix g goes from sample to crystal axes, so R = g^T.
+The matrix R of such a quaternion turns a vector's components in crystal axes into components in sample
+axes. Bunge's matrix g goes from sample to crystal axes, so R = g^T.
 
-scipy's Rotation gives the angle between two orientations. The conversions are written out: Rotation rounds
-otherwise in the last bit, with which 445 of the 519 orientations of the demo and the examples would print
-otherwise in their decks. The tests hold both to within 1e-12.
+scipy's Rotation gives the angle between two orientations. The conversions are written out here, because
+Rotation rounds the last bit differently, which would change the decks of 445 of the 519 orientations of the
+demo and the examples. The tests hold both to within 1e-12.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ _ROUNDING = 1e-14
 
 
 def normalized(quaternions: np.ndarray) -> np.ndarray:
-    """Return quaternions (..., 4) of unit length with w >= 0; NaN for lengths of 0, NaN or infinity."""
+    """Return quaternions (..., 4) scaled to unit length, w >= 0; NaN for lengths of 0, NaN or infinity."""
     q = np.asarray(quaternions, float)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         length = np.linalg.norm(q, axis=-1, keepdims=True)
@@ -48,7 +48,7 @@ def bunge_to_quaternion(angles: np.ndarray) -> np.ndarray:
 def quaternion_to_bunge(quaternions: np.ndarray) -> np.ndarray:
     """Return Bunge angles (..., 3) of unit quaternions (..., 4): phi1, Phi, phi2 in radians, 0 to 2 pi.
 
-    Where Phi is 0 or pi, phi1 and phi2 are about one axis, and share its angle.
+    Where Phi is 0 or pi, phi1 and phi2 turn about the same axis, and each takes half of the angle.
     """
     w, x, y, z = np.moveaxis(np.asarray(quaternions, float), -1, 0)
     half_sum, half_difference = np.arctan2(z, w), np.arctan2(y, x)
@@ -64,12 +64,12 @@ def rodrigues_to_quaternion(vectors: np.ndarray) -> np.ndarray:
 
 
 def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
-    """Return (n, 4) quaternions of rotation matrices (n, 3, 3); NaN for those that are no rotations.
+    """Return (n, 4) quaternions of rotation matrices (n, 3, 3); NaN for matrices that are no rotations.
 
-    Products of two rows may be off by 0.01, as where a file has two decimals.
+    Entries of R R^T may be off by 0.01, as in a file with two decimals.
     """
     matrices = np.asarray(matrices, float)
-    with np.errstate(over="ignore", invalid="ignore"):  # at numbers that are none of a rotation
+    with np.errstate(over="ignore", invalid="ignore"):  # entries may be huge or NaN
         off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
     made = np.full((len(matrices), 4), np.nan)
     rotations = np.flatnonzero(off <= 0.01)
@@ -81,7 +81,7 @@ def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
 
 
 def quaternion_to_matrix(quaternions: np.ndarray) -> np.ndarray:
-    """Return rotation matrices (..., 3, 3); the columns are the crystal axes in the sample."""
+    """Return rotation matrices (..., 3, 3); their columns are the crystal axes in the sample."""
     w, x, y, z = np.moveaxis(np.asarray(quaternions, float), -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -109,8 +109,8 @@ def random_orientations(count: int, rng: np.random.Generator) -> np.ndarray:
 def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the mean orientation per label (g, 4), row = label, and the largest root-mean-square spread.
 
-    labels (n,) >= 0; quaternions (n, 4), NaN rows left out; labels without a row get NaN; the spread is in
-    degrees. Crystal symmetry is not applied: equivalents mixed in one grain show as a large spread.
+    labels (n,) >= 0; quaternions (n, 4), NaN rows are ignored; labels without a row get NaN; the spread is
+    in degrees. Crystal symmetry is not applied: equivalents mixed in one grain show as a large spread.
     Source: Markley et al., J. Guid. Control Dyn. 30 (2007): the mean is the main eigenvector of sum q q^T.
     """
     known = np.isfinite(quaternions).all(axis=1)
@@ -128,14 +128,15 @@ def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarr
 
 
 def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
-    """Return the sample components (m, 6) of the axes [100] and [010] of each element, NaN unknown.
+    """Return sample components (m, 6) of the crystal axes [100] and [010] of each element, NaN unknown.
 
-    They are those of the voxel of its grain that is nearest to its middle. Raises CraftmeshError for voxels
-    whose orientations are not kept, and for a mesh that reaches past them or is in another unit.
+    An element takes the axes of the voxel of its grain that is nearest to its centroid. Raises
+    CraftmeshError if the voxels' orientations were not kept, and if the mesh reaches beyond the voxels or
+    is in another unit.
     """
     if voxels.voxel_orientations is None:
         raise CraftmeshError(
-            "orientations: element, and the microstructure has those of grains alone; import it with "
+            "orientations is element, but the microstructure has only those of grains; import it with "
             "voxel_orientations, from a file that has them"
         )
     past = np.maximum(voxels.box[0] - mesh.box[0], mesh.box[1] - voxels.box[1])
@@ -143,7 +144,7 @@ def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
     if hint or (past > voxels.spacing).any():
         spans = spans_told(("the mesh goes", "the voxels"), mesh.box, voxels.box)
         raise CraftmeshError(
-            f"orientations: element: {spans}{hint}; expected the microstructure of this mesh"
+            f"orientations is element, but {spans}{hint}; expected the microstructure of this mesh"
         )
     middle = (mesh.points[mesh.tets[:, :4]].mean(axis=1) - voxels.origin) / voxels.spacing - 0.5
     within = np.clip(np.round(middle).astype(int), 0, np.array(voxels.labels.shape) - 1)

@@ -13,9 +13,10 @@ from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
 
 @dataclass(frozen=True, eq=False)
 class GrainStress:
-    """node (p,): the mesh's node that each point is; tets (m, k): the elements on these points.
+    """Stresses at points. A node is one point in each grain that has it.
 
-    A node in several grains is a point in each. stress (p, 6): 11, 22, 33, 12, 13, 23 in the sample's axes.
+    node (p,): the mesh node of each point; tets (m, k): the mesh's elements on these points; stress (p, 6):
+    11, 22, 33, 12, 13, 23 in sample axes.
     """
 
     node: np.ndarray
@@ -24,10 +25,10 @@ class GrainStress:
 
 
 def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
-    """Return the stresses of a displacement (n, 3).
+    """Return the stresses of a displacement field (n, 3).
 
-    They go linearly from the integration points to the nodes of each element, and a node takes the mean of
-    its grain's elements, weighted by their volumes.
+    Stresses are extrapolated linearly from the integration points to the nodes of each element. A node
+    takes the mean over its grain's elements, weighted by volume.
     """
     mesh, tets, stiffness = model.mesh, model.mesh.tets, model.stiffness()
     part = np.searchsorted(model.grains, mesh.grain)
@@ -52,7 +53,7 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
 
 
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
-    """Return the mean over the body of the principal stress that is largest by size: of tension, that."""
+    """Return the volume mean of the principal stress that is largest by size: in tension, the tension."""
     found = grain_stress(model, displacement)
     matrix = found.stress[:, COMPONENT]
     size = np.abs(np.linalg.eigvalsh(matrix)[:, [0, 2]]).max(axis=1)
@@ -63,7 +64,7 @@ def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
 
 
 def _to_nodes(width: int, rule: int) -> np.ndarray:
-    """Return the weights (width, rule) with which values at the integration points go to the nodes."""
+    """Return the weights (width, rule) that extrapolate from `rule` integration points to `width` nodes."""
     if rule == 1:
         return np.ones((width, 1))
     corners = np.linalg.inv(tet_rule(rule)[0]).T

@@ -1,11 +1,11 @@
-"""Names of the user's units, labels beside what a reader sees: nothing is converted."""
+"""Names of the user's units, which label what a reader sees: nothing is converted."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from craftmesh.options import Options, option
 
-# What the columns of sif.csv measure, of those that have a unit.
+# Quantity that each column of sif.csv measures, of columns that have a unit.
 _MEASURED = (
     dict.fromkeys(("x", "y", "z", "s", "radius", "extension"), "length")
     | dict.fromkeys(("K_I", "K_II", "K_III", "spread", "error", "driving", "delta_K"), "K")
@@ -17,13 +17,13 @@ _MEASURED = (
 
 @dataclass(frozen=True)
 class UnitsOptions(Options):
-    """The units of the lengths and of the materials; the others follow from them."""
+    """The units of the lengths and of the materials; all other units follow from them."""
 
     length: str = option("", "name of your unit of lengths, such as um")
     stress: str = option("", "name of your unit of stresses and moduli, such as MPa")
 
     def by_quantity(self) -> dict[str, str]:
-        """Return the units of length, area, force, K, J and stress; those not known are left out."""
+        """Return the units of length, area, force, K, J and stress by name; unknown ones are left out."""
         length, stress = (" ".join(text.split()) for text in (self.length, self.stress))
         found = {"length": length, "area": f"{length}^2"} if length else {}
         if length and stress:
@@ -35,7 +35,7 @@ class UnitsOptions(Options):
         return found | ({"stress": stress} if stress else {})
 
     def of_columns(self, names: Iterable[str]) -> dict[str, str]:
-        """Return the units of columns of sif.csv; a unit without a name goes by its quantity's."""
+        """Return the units of columns of sif.csv; a missing unit is written as "length" or "stress"."""
         units = UnitsOptions(self.length or "length", self.stress or "stress").by_quantity()
         units |= {"angle": "degrees", "rate": f"{units['length']} per cycle"}
         return {name: units[_MEASURED[name]] for name in names if name in _MEASURED}

@@ -1,4 +1,4 @@
-"""Materials of user subroutines: their constants as a template, filled in for each grain."""
+"""Materials of user subroutines: templates of constants, filled in for each grain."""
 
 import re
 from collections.abc import Mapping
@@ -27,33 +27,34 @@ _OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS,
 class UserMaterial(Options):
     """The material of a user subroutine.
 
-    Raises CraftmeshError for values that are neither numbers nor placeholders, or not as many as constants.
+    Raises CraftmeshError if a value is neither a number nor a placeholder, or their count is not
+    `constants`.
     """
 
-    constants: int = option(MISSING, "how many values there are", at_least=1)
+    constants: int = option(MISSING, "number of values", at_least=1)
     values: tuple[float | str, ...] = option(
         MISSING,
-        "numbers, and what grains fill in: {phi1}, {PHI}, {phi2} Bunge angles in degrees; {q0} to {q3} the "
-        "quaternion w, x, y, z and {r11} to {r33} the matrix from crystal to sample axes; {grain}, {phase}",
+        "numbers and placeholders: {phi1}, {PHI}, {phi2} the grain's Bunge angles in degrees; {q0} to {q3} "
+        "quaternion w, x, y, z and {r11} to {r33} matrix from crystal to sample axes; {grain}, {phase}",
     )
-    depvar: int = option(0, "state variables at each integration point", at_least=0)
-    name: str = option("MATERIAL", "how names of materials begin")
+    depvar: int = option(0, "number of state variables at each integration point", at_least=0)
+    name: str = option("MATERIAL", "start of the materials' names")
     oriented: bool = option(True, "whether the material has axes, and so each grain needs an orientation")
-    nlgeom: bool = option(False, "whether steps are of finite strain")
-    unsymmetric: bool = option(False, "whether the subroutine's tangent is, and Abaqus solves with it so")
-    output: str = option(_OUTPUT, "lines of each step that ask for output; {every} is inp.output_every")
+    nlgeom: bool = option(False, "whether steps use finite strain")
+    unsymmetric: bool = option(False, "whether the subroutine's tangent is unsymmetric, for Abaqus' solver")
+    output: str = option(_OUTPUT, "lines of each step that request output; {every} is inp.output_every")
     slip: tuple[int, int] | None = option(
-        None, "first and last of the state variables whose sum is the accumulated slip, from 1", at_least=1
+        None, "first and last of the state variables that add up to accumulated slip, from 1", at_least=1
     )
     slip_planes: tuple[str, ...] = option(
-        (), "plane of each of them, as 111 or 1-11, for which craftmesh solve --slip-table has a column"
+        (), "plane of each of these, as 111 or 1-11; craftmesh solve --slip-table has a column for each"
     )
-    about: str = option("", "what the subroutine is, for who reads the template")
+    about: str = option("", "description of the subroutine for readers of the template")
 
     def __post_init__(self) -> None:
         super().__post_init__()
         numbers = [number_of(value) if isinstance(value, str) else value for value in self.values]
-        # YAML takes 1.e6 for text
+        # YAML reads 1.e6 as a text
         values = tuple(
             text if number is None else float(number) for text, number in zip(self.values, numbers)
         )
@@ -67,29 +68,29 @@ class UserMaterial(Options):
                 )
         if len(self.values) != self.constants:
             raise CraftmeshError(
-                f"values has {len(self.values)} entries and constants is {self.constants}; expected as many"
+                f"values has {len(self.values)} entries but constants is {self.constants}; make them equal"
             )
 
     @property
     def placeholders(self) -> set[str]:
-        """The names that grains fill in."""
+        """Names of the placeholders among the values."""
         return {value[1:-1] for value in self.values if isinstance(value, str)}
 
     @property
     def has_sections_axes(self) -> bool:
-        """Whether sections give the crystal's axes, for the constants do not."""
+        """Whether sections give the crystal's axes, because the constants do not."""
         return self.oriented and not self.placeholders & _TURN
 
 
 @dataclass(frozen=True, eq=False)
 class UserMaterials:
-    """User materials by phase, None: one for all; phases (n,): row = grain id, None where not known."""
+    """User materials by phase (None: all phases); phases (n,): row = grain id, None if unknown."""
 
     by_phase: Mapping[int | None, UserMaterial]
     phases: np.ndarray | None = None
 
     def of_grains(self, model: ElasticModel) -> dict[int, tuple[str, UserMaterial, list[float]]]:
-        """Return name, material and constants of each grain of a model.
+        """Return (name, material, constants) of each grain of a model, by grain id.
 
         Raises CraftmeshError for a phase without a material and a grain without the orientation it needs.
         """
@@ -112,7 +113,7 @@ class UserMaterials:
 
 
 def _known(model: ElasticModel, grain: int, phase: int) -> dict[str, float]:
-    """Return what a grain fills in, by the placeholders' names; phase 1 where it is not known."""
+    """Return the value of each placeholder for a grain, by name."""
     matrix = model.own_axes(grain)
     quaternion = matrix_to_quaternion(matrix[None])[0]
     angles = np.degrees(quaternion_to_bunge(quaternion))
@@ -121,14 +122,14 @@ def _known(model: ElasticModel, grain: int, phase: int) -> dict[str, float]:
 
 
 def parse_templates(content: Any, source: str) -> dict[int | None, UserMaterial]:
-    """Return user materials by phase from the content of a template, None: of all phases.
+    """Return user materials by phase from the content of a template; key None for all phases.
 
-    content: the fields of `UserMaterial` by name, or `phases` with these by phase, whose common ones may
-    stand beside it. Raises CraftmeshError, beginning with source, for other content.
+    content: the fields of `UserMaterial` by name, or `phases` with such fields by phase; fields next to
+    `phases` apply to all. Raises CraftmeshError, which begins with `source`, for other content.
     """
     expected = [field.name for field in fields(UserMaterial)]
     if not isinstance(content, Mapping):
-        raise CraftmeshError(f"{source}: is no template; expected the keys {', '.join(expected)}")
+        raise CraftmeshError(f"{source}: not a template; expected the keys {', '.join(expected)}")
     common = {key: value for key, value in content.items() if key != "phases"}
     by_phase = content.get("phases", {None: {}})
     if not isinstance(by_phase, Mapping) or not all(isinstance(own, Mapping) for own in by_phase.values()):

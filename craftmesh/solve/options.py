@@ -1,4 +1,4 @@
-"""How the field is found."""
+"""Options of the solver."""
 
 import shlex
 from collections.abc import Sequence
@@ -9,84 +9,84 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
 BUILTIN, CALCULIX, ABAQUS, EXTERNAL = "builtin", "calculix", "abaqus", "external"
-FIELD = "field.csv"  # of other programs' displacements, beside the solution
+FIELD = "field.csv"  # file of displacements from another program, next to the solution
 
 
 @dataclass(frozen=True)
 class SolveOptions(Options):
-    """Which solver finds the field, how exact it is, and what it may take."""
+    """The solver, its tolerance, and its limits of time and memory."""
 
     solver: str = option(
         BUILTIN,
-        "builtin; calculix or abaqus, programs run on the deck; external, a file that is waited for",
+        "builtin; calculix or abaqus, run on the deck; external, a file that craftmesh waits for",
         choices=(BUILTIN, CALCULIX, ABAQUS, EXTERNAL),
     )
     tolerance: float = option(
-        1e-8, "builtin's largest residual: forces out of balance over reactions and loads", above=0, below=1
+        1e-8, "builtin: largest residual, forces out of balance over reactions and loads", above=0, below=1
     )
     max_iterations: int = option(
-        500, "builtin: a field that is not exact enough by then is refused", at_least=1
+        500, "builtin: largest number; a field that is then not exact enough is rejected", at_least=1
     )
     integration: str = option(
         "deck",
-        "builtin: points at which C3D10 are integrated: deck, the 4 of Abaqus and CalculiX; full, 14, with "
-        "which quarter points carry uniform strain exactly too",
+        "builtin: integration points of C3D10: deck, the 4 of Abaqus and CalculiX; full, 14, for which "
+        "quarter-point elements reproduce uniform strain exactly",
         choices=("deck", "full"),
     )
     contact: bool = option(
-        True, "builtin: where lips of the crack would overlap they press on each other, without friction"
+        True, "builtin: lips of the crack that would overlap press on each other, without friction"
     )
     command: tuple[str, ...] = option(
-        (), "in place of the calls of calculix or abaqus, each a text with {job}, {script} and {field}"
+        (), "commands to run instead of calculix or abaqus, with {job}, {script} and {field}"
     )
     time_limit: float = option(86400.0, "longest time for each call of a program", "s", above=0)
     memory_limit: float = option(
         16.0,
-        "largest memory that builtin may take, as estimated, or a program's address space",
+        "largest estimated memory of builtin, or address space of another program",
         "GB",
         above=0,
     )
 
     def __post_init__(self) -> None:
-        """Raise CraftmeshError for values out of bounds, and for calls that are none."""
+        """Raise CraftmeshError for values out of bounds and for invalid commands."""
         super().__post_init__()
         for call in self.command:
             words_of(call, "job", "script", "field")
 
     def check_takes(self, cohesive: bool, steps: bool, plates: bool) -> None:
-        """Raise CraftmeshError where a program's field is not read of a deck with what is true of it.
+        """Raise CraftmeshError if the solver's field of such a deck cannot be read.
 
-        cohesive: layers on grain boundaries; steps: a history of the load; plates: rigid ones.
+        cohesive: it has cohesive layers; steps: its load is a history; plates: it has rigid plates.
         """
         if self.solver == BUILTIN:
             return
-        reason = "and there are cohesive layers, with which none of its fields is read" if cohesive else ""
+        reason = "but its fields are not read from decks with cohesive layers" if cohesive else ""
         if steps and self.solver != CALCULIX:
             reason = (
-                "whose fields are read where they are linear elastic, and the load comes in steps (steps, "
+                "but its fields are read only if linear elastic, and the load comes in steps (steps, "
                 "user_material, lip_contact)"
             )
         elif steps and plates:
-            reason = "which has no rigid plates to take the load through steps"
+            reason = "but it has no rigid plates for a load in steps"
         if reason:
             raise CraftmeshError(
-                f"solver is {self.solver}, {reason}; expected {BUILTIN}, which takes the welded body, its "
+                f"solver is {self.solver}, {reason}; use {BUILTIN}, which solves the welded body with its "
                 "load at once, or run the deck of `craftmesh inp` in Abaqus"
             )
 
 
 def waited_for(field: Path, cases: Sequence[str]) -> list[Path]:
-    """Return the files that `external` reads: `field`, or one for each load case by its name."""
+    """Return the files that solver external reads: `field`, or one per load case, with the case's name."""
     return [field.with_stem(f"{field.stem}_{case}") for case in cases] or [field]
 
 
 def words_of(call: str, job: str, script: str, field: str) -> list[str]:
-    """Return the words of a call of a program, {job}, {script} and {field} filled in."""
+    """Split the command line `call` into words and substitute {job}, {script} and {field}."""
     try:
         words = [word.format(job=job, script=script, field=field) for word in shlex.split(call)]
     except (KeyError, IndexError, ValueError) as error:
         raise CraftmeshError(
-            f"command {call!r}: {error} is not known; expected {{job}}, {{script}} and {{field}} alone"
+            f"command {call!r} is invalid ({error}); use only {{job}}, {{script}} and {{field}} in braces"
         ) from None
     if not words:
         raise CraftmeshError(f"command {call!r} is empty; expected a program and its arguments")

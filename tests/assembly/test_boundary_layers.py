@@ -192,9 +192,7 @@ def test_the_narrowest_scope_gives_the_law():
     assert laws[1, 2] == CohesiveLaw(2e6) and laws[2, 3].strength == 300
     assert laws_of_pairs([*rows, "2-1:none"], pairs, cubic).keys() == {(2, 3)}
     even, _ = elastic_model(mesh, DeckOptions(material=("isotropic:1000,0.3",)))
-    with pytest.raises(
-        CraftmeshError, match="low_angle: the disorientation of grains 1 and 2 is not known"
-    ):
+    with pytest.raises(CraftmeshError, match="low_angle: the disorientation of grains 1 and 2 is unknown"):
         laws_of_pairs(rows, pairs, even)
     with pytest.raises(CraftmeshError, match="1-3: these grains share no face"):
         laws_of_pairs(["1-3:stiffness=1"], pairs, even)

@@ -210,7 +210,7 @@ def test_a_pressure_on_the_lips_comes_to_the_load_or_acts_alone(tmp_path):
     whole = assemble(*structured_box((2, 2, 2), lambda centres: np.ones(len(centres), int)))[0]
     severed = plane_crack(2, 2, lambda centres: np.ones(len(centres), bool))
     parted = assemble(*structured_box((2, 2, 4), lambda centres: np.ones(len(centres), int), severed))[0]
-    for other, said in ((whole, "no lips"), (parted, "force of .* along z on a piece")):
+    for other, said in ((whole, "no lips"), (parted, "force of .* along z on the separate piece")):
         with pytest.raises(CraftmeshError, match=said):
             write_deck(tmp_path / "c.inp", other, DeckOptions(load="none", lip_pressure=3))
 
@@ -261,7 +261,7 @@ def test_a_deck_of_the_mesh_alone_has_its_sets_and_no_more(tmp_path):
     assert load_judge(ROOT).judge(tmp_path / "mesh.inp")["faults"] == []
     flat, mesh = ((tmp_path / f"{name}.inp").read_text() for name in ("flat", "mesh"))
     assert flat.startswith(mesh) and "*MATERIAL" in flat[len(mesh) :] and "*STEP" in flat[len(mesh) :]
-    with pytest.raises(CraftmeshError, match="includes is true, and style mesh is the mesh alone"):
+    with pytest.raises(CraftmeshError, match="includes is true, but style mesh writes only the mesh"):
         DeckOptions(style="mesh", includes=True)
 
 

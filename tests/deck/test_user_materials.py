@@ -142,9 +142,9 @@ def test_grains_without_orientation_need_a_material_without_axes(mesh, tmp_path)
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[1, 2]", "is no template"),
+        ("[1, 2]", "not a template"),
         ("{constants: 1}", "has no values"),
-        ("{constants: 2, values: [1]}", "values has 1 entries and constants is 2"),
+        ("{constants: 2, values: [1]}", "values has 1 entries but constants is 2"),
         ("{constants: 1, values: ['{psi}']}", r"values has '\{psi\}'; expected numbers.*\{phi1\}"),
         ("{constants: 1, values: [1], state: 3}", "has key 'state'"),
         ("{constants: 1, values: [1], depvar: -3}", "depvar is -3; expected"),
@@ -202,7 +202,7 @@ def test_steps_of_load_cases_replace_each_other(mesh, tmp_path):
     forces = [np.array(rows, float) for _, rows in of_kind(blocks, "CLOAD")]
     assert pressures == [-30, 0, 0] and [np.abs(f[:, 2]).sum() > 0 for f in forces] == [False, True, False]
     assert (forces[0][:, :2] == forces[1][:, :2]).all()
-    with pytest.raises(CraftmeshError, match="user_material takes.*expected steps, as a/ramp:1"):
+    with pytest.raises(CraftmeshError, match="user_material takes.*give steps, such as a/ramp:1"):
         DeckOptions(faces=faces, user_material="oxford")
     with pytest.raises(CraftmeshError, match="steps.*ZMAX.z"):
         DeckOptions(faces=("a/z=strain:1e-3", "b/z=stress:3"), steps=("a/ramp:1", "b/ramp:1"))
@@ -231,7 +231,7 @@ def test_lips_get_a_contact_pair(mesh, tmp_path):
 def test_options_that_do_not_fit_are_refused(mesh, tmp_path):
     for options, said in (
         ({"steps": ("ramp:1",), "load": "none"}, "nothing is loaded"),
-        ({"user_material": "oxford", "eigenstrain": ("isotropic:1e-3",)}, "there is an eigenstrain"),
+        ({"user_material": "oxford", "eigenstrain": ("isotropic:1e-3",)}, "an eigenstrain is given"),
     ):
         with pytest.raises(CraftmeshError, match=said):
             DeckOptions(**options)

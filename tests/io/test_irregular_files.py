@@ -18,7 +18,7 @@ from craftmesh.io.surface_files import read_grain_folder, read_triangles
 from craftmesh.io.text_table import read_rows
 from craftmesh.voxels.reading import ReadOptions, read_marked, read_voxels
 
-MARK = "no regular file"
+MARK = "not a regular file"
 
 
 def hdf5_file(path):

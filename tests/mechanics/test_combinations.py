@@ -24,9 +24,9 @@ FACES = (*HELD, "pull/ZMAX.z=stress:5", "shear/ZMAX.x=stress:2", "lift/ZMAX.z=st
         ("peak=pull:one", "expected NAME=CASE:FACTOR"),
         ("peak=pull:1,pull:2", "each load case once"),
         ("peak=pul:1", "has load case 'pul'; expected one of pull, shear, lift"),
-        ("pull=pull:1", "'pull' is to name .* each name once"),
-        ("a b=pull:1", "'a b' is to name"),
-        ("peak=pull:1,lift:1", "adds pull and lift, of which one alone holds or moves ZMAX.z"),
+        ("pull=pull:1", "'pull' is an invalid or duplicate name .* each name once"),
+        ("a b=pull:1", "'a b' is an invalid or duplicate name"),
+        ("peak=pull:1,lift:1", "adds pull and lift, but only one of these holds or moves ZMAX.z"),
     ],
 )
 def test_sums_that_are_none_are_refused_in_a_line(combine, said):

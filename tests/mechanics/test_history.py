@@ -64,11 +64,11 @@ def test_steps_go_on_where_the_one_before_ended():
         (["sine:1,cycles=0"], [], "expected ramp:LEVEL"),
         (["sine:1,R=1"], [], "expected ramp:LEVEL"),
         (["sine:1,time=1,time=2"], [], "expected ramp:LEVEL"),
-        (["sine:1,R=0.5"], [], "between 0.5 and 1, and the load is at 0 .* a ramp to 0.5 before"),
+        (["sine:1,R=0.5"], [], "from 0.5 to 1, but the load is at 0 .* a ramp to 0.5 before"),
         (["shear/ramp:1"], ["tension"], "load 'shear'; expected one of tension"),
         (["ramp:1"], ["tension"], "load ''; expected one of tension"),
         (["x/ramp:1"], [], "there is one load"),
-        (["a/ramp:1", "b/sine:1"], ["a", "b"], "begins cycles of b while a is at 1; expected b/ramp"),
+        (["a/ramp:1", "b/sine:1"], ["a", "b"], "begins cycles of b while a is at 1; put b/ramp"),
     ],
 )
 def test_texts_that_are_no_steps_are_refused(texts, loads, said):

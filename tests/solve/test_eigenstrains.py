@@ -96,12 +96,12 @@ def test_a_table_by_grain_says_what_texts_by_phase_do(tmp_path):
     [
         (["1e-3"], "expected KIND:VALUES"),
         (["isotropic:a"], "expected KIND:VALUES"),
-        (["isotropic:nan"], "more than doubles"),
+        (["isotropic:nan"], "not within -1 to 1"),
         (["orthotropic:1e-3"], "expected KIND:VALUES"),
-        (["isotropic:12"], "more than doubles"),
+        (["isotropic:12"], "not within -1 to 1"),
         (["-1=isotropic:1e-3"], "expected KIND:VALUES"),
-        (["1=isotropic:1e-3", "1=isotropic:2e-3"], "a second one for its phase"),
-        (["1=isotropic:1e-3", "isotropic:2e-3"], "each with its phase"),
+        (["1=isotropic:1e-3", "1=isotropic:2e-3"], "second text for its phase"),
+        (["1=isotropic:1e-3", "isotropic:2e-3"], "or one per phase"),
     ],
 )
 def test_other_texts_are_refused(texts, said):

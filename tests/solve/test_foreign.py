@@ -166,7 +166,7 @@ shutil.copy({str(folder / "values")!r}, field)
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        (("--command", "{model}"), "command '{model}': 'model' is not known"),
+        (("--command", "{model}"), "command '{model}' is invalid ('model')"),
         (("--command", "not-there-at-all"), "not-there-at-all: cannot be run"),
         (("--command", "sleep 60", "--time-limit", "0.3"), "sleep: gave no answer within 0.3 s"),
         (("--command", "cat {job}.nothing"), "cat: ended with status 1 (cat: model.nothing: No such file"),
