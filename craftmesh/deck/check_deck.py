@@ -1,4 +1,4 @@
-"""Syntax, references and shapes of an input deck, read back from its text alone."""
+"""Checks of an input deck from its text alone: syntax, references and element shapes."""
 
 import os
 import re
@@ -21,18 +21,18 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.surface.measure import area_vectors
 
-_NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters that name something
+_NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters whose values are names
 
 
 def check_deck(path: str | os.PathLike) -> list[str]:
-    """Return one sentence per breach of what Abaqus and CalculiX both read.
+    """Return one sentence for each fault that keeps Abaqus or CalculiX from reading a deck.
 
-    Included files are read in their places. Checked: ASCII, length of lines, names and rows of sets, ids
-    that occur twice, that elements, sets and single loads name nodes and elements that are there, what
-    `reference_faults` says of names and parts, that user materials have as many values as they say, that
-    cohesive elements are of a kind that Abaqus has and turn the right way, and that Jacobians of C3D10 at
-    the integration points, and volumes of C3D4, are positive and not too small for CalculiX. Raises
-    CraftmeshError for a deck in which numbers are missing.
+    Included files are read in place. Checked are ASCII, line lengths, names and rows of sets, and duplicate
+    ids; that elements, sets and single loads refer to existing nodes and elements; names and parts, by
+    `reference_faults`; that user materials have the declared number of values; that cohesive elements are
+    of a type that Abaqus has and are oriented correctly; and that Jacobians of C3D10 at the integration
+    points, and volumes of C3D4, are positive and not too small for CalculiX. Raises CraftmeshError if
+    numbers are missing.
     """
     try:
         return _breaches(read_deck_text(path))
@@ -58,7 +58,7 @@ def _breaches(deck: DeckText) -> list[str]:
         if not len(ids):
             breaches.append(f"the deck has no {name}s; expected at least one")
         elif twice:
-            breaches.append(f"{twice} {name} ids are there twice; expected each once")
+            breaches.append(f"{twice} {name} ids are duplicate; expected each once")
     for block in blocks:
         breaches += [f"{block.place}: {breach}" for breach in _check_block(block, nodes, elements)]
     return breaches + reference_faults(blocks) + _check_shapes(blocks)
@@ -83,7 +83,7 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
     elif block.keyword == "USER MATERIAL":
         told, count = block.parameters.get("CONSTANTS", ""), len(re.findall(r"[^,\s]+", block.data))
         if told != str(count):
-            breaches.append(f"the user material has CONSTANTS={told} and {count} values; expected as many")
+            breaches.append(f"the user material has CONSTANTS={told} but {count} values; make them equal")
     elif block.keyword in ("NSET", "ELSET"):
         if any(row.rstrip(", ").count(",") >= ROW_LIMIT for row in block.data.splitlines()):
             breaches.append(f"a row of the set has over {ROW_LIMIT} entries")
@@ -98,7 +98,7 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
 def _check_shapes(blocks: list[Block]) -> list[str]:
     """Return one sentence per block of tetrahedra with a Jacobian or a volume that is not positive.
 
-    And what `_order_faults` says of cohesive elements.
+    Sentences of `_order_faults`, and one on Jacobians too small for CalculiX, are appended.
     """
     tables = [_table(block) for block in blocks if block.keyword == "NODE"]
     nodes = np.concatenate([np.zeros((0, 4)), *(table for table in tables if table.shape[1] == 4)])
@@ -135,10 +135,10 @@ def _check_sizes(block: Block, ids: np.ndarray, sizes: np.ndarray) -> list[str]:
 
 
 def _order_faults(points: np.ndarray, layers: np.ndarray, tets: Sequence[np.ndarray]) -> list[str]:
-    """Return a sentence where COH3D6 (k, 6) turn the wrong way; points by node.
+    """Return sentences on cohesive elements (k, 6) of wrong node order; points (n, 3).
 
-    Nodes 4 to 6 have to lie over 1 to 3, whose normal points out of the solid element (m, 4 or 10 each) on
-    which they are.
+    Nodes 4 to 6 must lie over nodes 1 to 3, and the normal of nodes 1 to 3 must point out of the solid
+    element that has these nodes. tets: tables (m, 4) or (m, 10) of solid elements.
     """
     bottom, top = (area_vectors(points, layers[:, part]) for part in (slice(3), slice(3, 6)))
     faults = []
@@ -154,16 +154,16 @@ def _order_faults(points: np.ndarray, layers: np.ndarray, tets: Sequence[np.ndar
         inward[layer] |= np.einsum("ij,ij->i", bottom[layer], off) > 0
     if inward.any():
         faults.append(
-            f"{np.count_nonzero(inward)} cohesive elements have the normal of nodes 1 to 3 into the solid "
-            "element there; expected it out of it, from nodes 1 to 3 towards 4 to 6"
+            f"{np.count_nonzero(inward)} cohesive elements have a normal of nodes 1 to 3 into the solid "
+            "element there; expected it to point out, from nodes 1 to 3 towards 4 to 6"
         )
     if len(np.unique(np.sort(layers, axis=1), axis=0)) < len(layers):
-        faults.append("cohesive elements are there twice on the same nodes; expected each once")
+        faults.append("cohesive elements are duplicate on the same nodes; expected each once")
     return faults
 
 
 def _incidence(rows: np.ndarray, count: int) -> csr_array:
-    """Return which nodes (k, count) the elements (k, c) have."""
+    """Return a sparse matrix (k, count), 1 where element k of `rows` (k, c) has the node."""
     at = np.repeat(np.arange(len(rows)), rows.shape[1])
     return csr_array((np.ones(rows.size, np.int8), (at, rows.ravel())), shape=(len(rows), count))
 
@@ -174,7 +174,7 @@ def _ids(blocks: list[Block], keyword: str) -> np.ndarray:
 
 
 def _table(block: Block) -> np.ndarray:
-    """Return the numbers of a block of nodes or elements, one row each."""
+    """Return the numbers of a block of nodes or elements as rows; raise CraftmeshError for a cut row."""
     joined = re.sub(r",\s*\n", ",", block.data).strip()
     if not joined:
         return np.zeros((0, 1))
@@ -182,14 +182,14 @@ def _table(block: Block) -> np.ndarray:
     numbers = np.fromstring(joined.replace("\n", ","), sep=",")
     if len(numbers) % width:
         raise CraftmeshError(
-            f"{block.place}: {len(numbers)} numbers in rows of {width}, as the first has; expected whole "
-            "rows: the deck is cut short or was changed, write it again"
+            f"{block.place}: {len(numbers)} numbers do not fill rows of {width}, the length of the first; "
+            "the deck is cut short or was changed: write it again"
         )
     return numbers.reshape(-1, width)
 
 
 def _unknown(kind: str, ids: np.ndarray, known: np.ndarray) -> list[str]:
-    """Return a sentence if some of `ids` are not in the sorted `known`."""
+    """Return a list of one sentence if some of `ids` are not in the sorted `known`, else an empty list."""
     ids = ids.ravel()
     place = np.searchsorted(known, ids)
     lost = np.sort(ids[np.append(known, -1)[place] != ids]).astype(np.int64)

@@ -1,4 +1,4 @@
-"""What the lines of an input deck name: whether it is there, and stands where the solvers look for it."""
+"""Checks that the names in an input deck are defined, in the place where the solvers look for them."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -7,25 +7,25 @@ from craftmesh.deck.includes import Block
 from craftmesh.deck.limits import ROW_LIMIT
 from craftmesh.deck.parts import NAMING, OUTPUT
 
-_OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
-# What defines a set or a surface, and the parameter that says how it is called.
+_OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that refer to names
+# Keywords that define a set or a surface, with the parameter that holds its name.
 _DEFINING = {"NODE": "NSET", "ELEMENT": "ELSET", "NSET": "NSET", "ELSET": "ELSET", "SURFACE": "NAME"}
 _IN_PARTS = ("ELEMENT", "SOLID SECTION", "COHESIVE SECTION")
 _OF_MODEL = ("MATERIAL", "SURFACE INTERACTION", "CONTACT PAIR", "AMPLITUDE", "STEP")
 
 
 def reference_faults(blocks: Sequence[Block]) -> list[str]:
-    """Return one sentence for each name that is not there, and each keyword that is in the wrong place.
+    """Return one sentence for each undefined name and each keyword in a wrong place.
 
-    Sections name sets, materials, orientations and controls. Sets, surfaces, loads, contact and output name
-    sets and surfaces that come before, with an instance where these are in a part. Cohesive elements have
-    sections.
+    Sets, materials, orientations and controls of sections must be in the deck. Names of sets and surfaces
+    in sets, surfaces, loads, contact and output must be defined before, and carry an instance if they are
+    in a part. Cohesive elements must have sections.
     """
     return [*_section_faults(blocks), *_unnamed_layers(blocks), *_set_faults(blocks), *_part_faults(blocks)]
 
 
 def _section_faults(blocks: Sequence[Block]) -> list[str]:
-    """Return what sections name and is not in the deck."""
+    """Return a sentence for each name of a section that is not defined in the deck."""
     defined: dict[str, set[str]] = {kind: set() for kind in _OF_SECTION}
     for block in blocks:
         if block.keyword in ("ELEMENT", "ELSET"):
@@ -42,7 +42,7 @@ def _section_faults(blocks: Sequence[Block]) -> list[str]:
 
 
 def _unnamed_layers(blocks: Sequence[Block]) -> list[str]:
-    """Return the cohesive elements that no section has, of decks that have sections."""
+    """Return sentences on cohesive elements that have no section, if the deck has sections."""
     sections = [block for block in blocks if block.keyword.endswith(" SECTION")]
     named = {block.parameters.get("ELSET", "") for block in sections if block.keyword == "COHESIVE SECTION"}
     sets = [
@@ -50,7 +50,7 @@ def _unnamed_layers(blocks: Sequence[Block]) -> list[str]:
     ]
     named |= {word for block in sets for word in _words(block, ROW_LIMIT)}
     return [
-        f"{block.place}: no cohesive section has the elements of {block.parameters.get('ELSET', 'no set')}"
+        f"{block.place}: no cohesive section covers elements of {block.parameters.get('ELSET', 'no set')}"
         for block in blocks
         if sections and block.keyword == "ELEMENT"
         if block.parameters.get("TYPE", "").startswith("COH")
@@ -59,9 +59,9 @@ def _unnamed_layers(blocks: Sequence[Block]) -> list[str]:
 
 
 def _set_faults(blocks: Sequence[Block]) -> Iterator[str]:
-    """Yield the names of sets and surfaces that nothing before them defines, or not in that instance."""
+    """Yield sentences on names of sets and surfaces that no earlier line defines in that part or model."""
     instances = {block.parameters.get("NAME", "") for block in blocks if block.keyword == "INSTANCE"}
-    known: dict[bool, set[str]] = {False: set(), True: set()}  # by whether they are of a part
+    known: dict[bool, set[str]] = {False: set(), True: set()}  # True: in a part; False: in the model
     inside = False
     for block in blocks:
         inside = block.keyword == "PART" or (inside and block.keyword != "END PART")
@@ -71,12 +71,12 @@ def _set_faults(blocks: Sequence[Block]) -> Iterator[str]:
                 continue
             in_part = own in known[True] and instances
             hint = f"; expected {min(instances)}.{own}, of the instance" if in_part else ""
-            yield f"{block.place}: {name} is no set or surface that is defined before{hint}"
+            yield f"{block.place}: no set or surface {name} is defined before{hint}"
         known[inside].add(block.parameters.get(_DEFINING.get(block.keyword, ""), ""))
 
 
 def _named(block: Block) -> list[str]:
-    """Return the names of sets and surfaces that a block has, those that it defines left out."""
+    """Return the names of sets and surfaces that a block refers to, without names that it defines."""
     if block.keyword.endswith(OUTPUT):
         return [block.parameters[key] for key in ("NSET", "ELSET") if key in block.parameters]
     count = NAMING.get(block.keyword, 0)
@@ -88,7 +88,7 @@ def _named(block: Block) -> list[str]:
 
 
 def _words(block: Block, count: int) -> list[str]:
-    """Return the words among the first `count` entries of the data lines, in capitals, without numbers."""
+    """Return the words among the first `count` entries of each data line, in capitals, without numbers."""
     if not count or not re.search("[A-Za-z]", block.data):
         return []
     words = (word.strip() for row in block.data.upper().splitlines() for word in row.split(",")[:count])
@@ -96,18 +96,21 @@ def _words(block: Block, count: int) -> list[str]:
 
 
 def _part_faults(blocks: Sequence[Block]) -> Iterator[str]:
-    """Yield what breaks the order of a deck of parts: parts, their instances, then materials and steps."""
+    """Yield sentences on keywords that break the order of a deck in parts.
+
+    Parts come first, then their instances, then materials and steps.
+    """
     parts = {block.parameters.get("NAME", "") for block in blocks if block.keyword == "PART"}
     inside = False
     for block in blocks:
         if block.keyword in ("PART", "END PART") and inside == (block.keyword == "PART"):
-            yield f"{block.place}: *{block.keyword}, {'within' if inside else 'and none began'} a part"
+            yield f"{block.place}: *{block.keyword}, {'within' if inside else 'with no start of'} a part"
         inside = block.keyword == "PART" or (inside and block.keyword != "END PART")
         if parts and block.keyword in _IN_PARTS and not inside:
-            yield f"{block.place}: *{block.keyword} is outside the parts, within which Abaqus looks for it"
+            yield f"{block.place}: *{block.keyword} is outside the parts, but Abaqus looks for it within"
         if inside and block.keyword in _OF_MODEL:
             yield f"{block.place}: *{block.keyword} is within a part; expected it after the assembly"
         if block.keyword == "INSTANCE" and block.parameters.get("PART", "") not in parts:
-            yield f"{block.place}: the part of the instance, {block.parameters.get('PART')}, is not there"
+            yield f"{block.place}: the part {block.parameters.get('PART')} of the instance is not defined"
     if inside:
         yield "the last part has no *END PART"

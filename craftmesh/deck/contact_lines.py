@@ -1,4 +1,4 @@
-"""Lines of the deck for contact: lips of cracks on each other, and two rigid plates, for Abaqus alone."""
+"""Lines of the deck for contact: of crack lips on each other, and of two rigid plates (only for Abaqus)."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,18 +11,20 @@ from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.types import TetMesh
 
-# Pressure over overlap, times the body's length over its stiffness: lips of a crack a quarter of the body
-# long overlap by 2e-3 of what they would without contact. Ten times as much has CalculiX take up to 12
-# iterations an increment where lips meet, in place of 8. Its own (50 E) depends on the unit of length.
+# Contact stiffness (pressure over overlap) times the body's length over its elastic stiffness. Lips of a
+# crack a quarter of the body long overlap by 2e-3 of their overlap without contact. With ten times as much
+# CalculiX takes up to 12 iterations an increment where lips meet, instead of 8. Its default (50 E) depends
+# on the unit of length.
 _PENALTY = 1e3
 
 _NAME = "PLATE_{}"
-# Of the distance of a face's corners from its middle: the body spreads, and shall not slip off the plate.
+# Radius of a plate over the distance of a face's corners from its middle: the body spreads, and must not
+# slip off the plate.
 _RADIUS = 2.0
 
 
 def contact_lines(model: ElasticModel) -> Iterator[str]:
-    """Yield a contact pair, without friction, of the two lips of each crack."""
+    """Yield a frictionless contact pair for the two lips of each crack."""
     mesh = model.mesh
     lips = [name for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)]
     if lips:
@@ -34,10 +36,11 @@ def contact_lines(model: ElasticModel) -> Iterator[str]:
 
 
 def plate_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
-    """Yield a disc on each plane of the box that `load` moves or holds, in contact without friction.
+    """Yield a disc on both planes of the box that `load` moves and holds, in frictionless contact with it.
 
-    An analytical rigid surface, which touches the body on the left of its profile: START to LINE outwards
-    has the side towards b, a point on its axis, left. Its reference node follows the mesh's in number.
+    The disc is an analytical rigid surface of revolution. It touches the body on the left of its profile,
+    which runs outwards from START to LINE: left is the side of the second axis point, inside the body. The
+    number of its reference node follows the mesh's numbers.
     """
     yield "*SURFACE INTERACTION, NAME=PLATES\n"
     middle, half = mesh.box.mean(axis=0), np.ptp(mesh.box, axis=0) / 2
@@ -59,7 +62,7 @@ def plate_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
 
 
 def on_plates(load: Load) -> Load:
-    """Return the load whose displacements of those planes are the plates'."""
+    """Return the load with the displacements of both planes given to the plates instead."""
     planes = _planes(load)
 
     def carried(parts: tuple[Fixed, ...]) -> tuple[Fixed, ...]:
@@ -71,6 +74,6 @@ def on_plates(load: Load) -> Load:
 
 
 def _planes(load: Load) -> list[str]:
-    """Return the near and the far plane across the axis along which the load moves one."""
+    """Return the near and the far plane normal to the axis along which the load moves a plane."""
     (moved,) = load.moved
     return [f"{'XYZ'[moved.axis]}{end}" for end in ("MIN", "MAX")]

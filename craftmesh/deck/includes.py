@@ -1,4 +1,4 @@
-"""Decks in several files: a model that includes its mesh, and any deck read with what it includes."""
+"""Decks in several files: a model that includes its mesh, and any deck read with its included files."""
 
 import os
 import re
@@ -11,20 +11,20 @@ from craftmesh.errors import CraftmeshError, existing_file
 
 
 def mesh_file(model: str | os.PathLike) -> Path:
-    """Return the file beside the deck `model` that holds its mesh when the deck includes it."""
+    """Return the path of the file next to the deck `model` that holds its mesh if the deck includes it."""
     model = Path(model)
     return model.with_name(f"{model.stem}_mesh{model.suffix}")
 
 
 def include_line(model: str | os.PathLike) -> str:
-    """Return the line by which the deck `model` includes its mesh, relative to the folder of both.
+    """Return the line with which the deck `model` includes its mesh, relative to the folder of both.
 
-    Raises CraftmeshError for a name that the solvers would need quoted or not read.
+    Raises CraftmeshError for a file name that the solvers cannot read without quotes.
     """
     name = mesh_file(model).name
     if not re.fullmatch(r"[A-Za-z0-9_.-]{1,80}", name):
         raise CraftmeshError(
-            f"{model}: includes need a plain file name, and {name!r} is none; use up to 80 letters, "
+            f"{model}: includes need a plain file name, but {name!r} is none; use up to 80 letters, "
             "digits, dots, hyphens and underscores"
         )
     return f"*INCLUDE, INPUT={name}\n"
@@ -32,7 +32,11 @@ def include_line(model: str | os.PathLike) -> str:
 
 @dataclass
 class DeckText:
-    """The text of a deck with the included files in their places, and where each line comes from."""
+    """The text of a deck with the included files in place, and the source of each line.
+
+    breaches: sentences on faulty includes; starts: first line in `text` of each piece; sources: its file,
+    "" for the deck itself, and its first line there.
+    """
 
     text: str = ""
     breaches: list[str] = field(default_factory=list)
@@ -40,16 +44,16 @@ class DeckText:
     sources: list[tuple[str, int]] = field(default_factory=list)
 
     def place(self, line: int) -> str:
-        """Return how to name a line of `text`: its number in the file, and the file if it is included."""
+        """Return "line N" for a line of `text`, N in its own file, after an included file's name."""
         piece = bisect_right(self.starts, line) - 1
         name, first = self.sources[piece]
         return f"{name}line {line - self.starts[piece] + first}"
 
 
 def read_deck_text(path: str | os.PathLike) -> DeckText:
-    """Read a deck and what it includes, names relative to the deck's folder as the solvers take them.
+    """Read a deck with its included files, whose names are relative to the deck's folder, as for solvers.
 
-    Files that are not there, or that include themselves, are breaches and left out.
+    Missing files, and files that include themselves, are left out and reported in `breaches`.
     """
     deck, texts, line = DeckText(), [], 1
     for name, first, text in _pieces(Path(path), "", (Path(path),), deck.breaches):
@@ -66,7 +70,7 @@ def read_deck_text(path: str | os.PathLike) -> DeckText:
 def _pieces(
     path: Path, name: str, chain: tuple[Path, ...], breaches: list[str]
 ) -> Iterator[tuple[str, int, str]]:
-    """Yield the texts between includes: of which file, from which line on, and the text."""
+    """Yield (file, first line, text) of each piece between includes; chain: the files that include it."""
     text = existing_file(path).read_bytes().decode("latin-1")
     start, line = 0, 1
     for found in re.finditer(r"^\*INCLUDE\b[^\n]*\n?", text, re.M | re.I):
@@ -77,7 +81,7 @@ def _pieces(
         if file in chain:
             breaches.append(f"{name}line {line}: {file.name} includes itself")
         elif not file.is_file():
-            breaches.append(f"{name}line {line}: the included file {file.name} is not there")
+            breaches.append(f"{name}line {line}: the included file {file.name} does not exist")
         else:
             yield from _pieces(file, f"{file.name}, ", (*chain, file), breaches)
         start, line = found.end(), line + 1
@@ -86,7 +90,7 @@ def _pieces(
 
 @dataclass(frozen=True)
 class Block:
-    """One keyword with its parameters (upper case), its data lines and its place in the deck."""
+    """A keyword with its parameters (upper case), its data lines and its place in the deck."""
 
     keyword: str
     parameters: dict[str, str]
@@ -95,7 +99,7 @@ class Block:
 
 
 def read_blocks(deck: DeckText) -> list[Block]:
-    """Split a deck at its keyword lines; comments are left out."""
+    """Split a deck into blocks at its keyword lines; comments are left out."""
     text = deck.text
     heads = list(re.finditer(r"^\*(?!\*)[^\n]*$", text, re.M))
     ends = [head.start() for head in heads[1:]] + [len(text)]

@@ -1,4 +1,4 @@
-"""Numbers, rows and sets as Abaqus and CalculiX read them."""
+"""Numbers, rows and sets in the form that Abaqus and CalculiX read."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,14 +6,14 @@ import numpy as np
 
 from craftmesh.deck.limits import ROW_LIMIT
 
-_FIELD = 20  # CalculiX reads no more characters of a number and refuses or cuts the rest
+_FIELD = 20  # most characters of a number: CalculiX rejects or cuts longer ones
 _ROWS = 50_000  # rows formatted at once
 
 
 def number(value: float) -> str:
-    """Return the shortest text that reads back as `value`, or the closest one of 20 characters.
+    """Return the shortest text that reads back as `value`, or the closest text of 20 characters.
 
-    Only numbers of 16 or 17 digits below 0.1 are too long; they keep 13 digits or more.
+    Only numbers below 0.1 with 16 or 17 digits are too long; their texts keep 13 digits or more.
     """
     text = repr(value)
     return text if len(text) <= _FIELD else _shortened(value, text)

@@ -11,9 +11,9 @@ from craftmesh.types import TetMesh
 
 
 def mesh_lines(mesh: TetMesh, grains: np.ndarray, element: str) -> Iterator[str]:
-    """Yield the nodes, the elements of type `element` by grain, and all of them as EALL.
+    """Yield the nodes, the elements of type `element` by grain, and the set EALL of all elements.
 
-    grains (g,): the ids that occur, ascending.
+    grains (g,): ids that occur, ascending.
     """
     yield "*NODE, NSET=NALL\n"
     yield from node_rows(mesh.points)
@@ -27,7 +27,7 @@ def mesh_lines(mesh: TetMesh, grains: np.ndarray, element: str) -> Iterator[str]
 
 
 def set_lines(mesh: TetMesh) -> Iterator[str]:
-    """Yield the node sets, the front's in order, and the face sets as surfaces; empty ones are left out."""
+    """Yield node sets (a front's in order), and face sets as surfaces; empty sets are left out."""
     for name, nodes in mesh.node_sets.items():
         if len(nodes):
             yield f"*NSET, NSET={name}{', UNSORTED' if is_front(name) else ''}\n"
@@ -43,7 +43,7 @@ def set_lines(mesh: TetMesh) -> Iterator[str]:
 
 
 def layer_lines(layers: CohesiveLayers, first: int) -> Iterator[str]:
-    """Yield the elements, numbered from `first`, in the sets COH_<a>_<b> and COH_ALL."""
+    """Yield the cohesive elements, numbered from `first`, in the sets COH_<a>_<b> and COH_ALL."""
     names = [layer_name(pair) for pair, rows in layers.elements.items() if len(rows)]
     for pair, rows in layers.elements.items():
         if len(rows):

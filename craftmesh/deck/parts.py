@@ -1,4 +1,4 @@
-"""A deck laid out as Abaqus/CAE does: the body is a part, which has one instance in the assembly."""
+"""A deck in the layout of Abaqus/CAE: the body is a part, with one instance in the assembly."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -13,20 +13,20 @@ _ASSEMBLY = f"""\
 *END INSTANCE
 *END ASSEMBLY
 """
-# What belongs to a part of what follows its mesh; all else, materials and steps among it, is the model's.
+# Keywords after the mesh that belong to the part; all others, such as materials and steps, are the model's.
 OF_PART = {"NODE", "NSET", "ELEMENT", "ELSET", "SURFACE", "RIGID BODY", "DISTRIBUTION", "ORIENTATION"}
 OF_PART |= {"SOLID SECTION", "COHESIVE SECTION"}
-# Keywords whose data lines begin with so many names or numbers of nodes, sets and surfaces.
+# Number of names of sets and surfaces, or node numbers, with which data lines of a keyword begin.
 NAMING = {"BOUNDARY": 1, "CLOAD": 1, "DSLOAD": 1, "TEMPERATURE": 1, "INITIAL CONDITIONS": 1}
 NAMING |= {"CONTACT PAIR": 2}
-OUTPUT = ("PRINT", "FILE", "OUTPUT")  # endings of keywords whose parameters name sets, of an instance
+OUTPUT = ("PRINT", "FILE", "OUTPUT")  # endings of keywords whose parameters name sets of the instance
 
 
 def in_parts(lines: Iterable[str]) -> Iterator[str]:
-    """Yield the lines that follow a mesh in a flat deck, those of the part before the others.
+    """Yield the lines that follow the mesh of a flat deck: the part's lines, the assembly, the model's.
 
-    The mesh stands before them, after HEAD. Names of sets and surfaces, and numbers of nodes, carry the
-    instance after the assembly.
+    HEAD and the mesh stand before these lines. After the assembly, names of sets and surfaces and numbers
+    of nodes carry the instance.
     """
     of_model: list[str] = []
     keyword = ""

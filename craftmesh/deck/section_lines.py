@@ -1,4 +1,4 @@
-"""Lines of the deck for what grains and cohesive layers are made of: materials, orientations, sections."""
+"""Lines of the deck for the materials, orientations and sections of grains and cohesive layers."""
 
 from collections.abc import Iterator
 
@@ -19,8 +19,8 @@ AXES_TABLE = "AXES"
 def section_lines(model: ElasticModel) -> Iterator[str]:
     """Yield the materials in use, then orientation and section of each grain.
 
-    Sections of an eigenstrain with shears have its principal axes, for it is written without: programs
-    differ in what they take shears for.
+    If an eigenstrain has shears, its section gets the principal axes, in which it has none, because
+    programs define the shears of an expansion differently.
     """
     names, written = _material_names(model), set()
     for row in sorted(range(len(names)), key=lambda row: model.phase_of[int(model.grains[row])] or 0):
@@ -38,7 +38,7 @@ def section_lines(model: ElasticModel) -> Iterator[str]:
 def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterator[str]:
     """Yield the user materials, each once, then orientation and section of each grain.
 
-    Sections have no orientation where the constants hold it.
+    A section has no orientation if the material's constants hold it.
     """
     found = materials.of_grains(model)
     written = set()
@@ -56,7 +56,7 @@ def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterato
 
 
 def _section(model: ElasticModel, grain: int, material: str, axes: list[float] | None) -> Iterator[str]:
-    """Yield the section of a grain, after its orientation where it has axes (6,)."""
+    """Yield the section of a grain, after its orientation if `axes` (6,) are given."""
     orientation = ""
     if axes is not None:
         yield from orientation_lines(model, grain, axes)
@@ -65,9 +65,9 @@ def _section(model: ElasticModel, grain: int, material: str, axes: list[float] |
 
 
 def orientation_lines(model: ElasticModel, grain: int, axes: list[float]) -> Iterator[str]:
-    """Yield the orientation of a grain: the sample components (6,) of its first two axes.
+    """Yield the orientation of a grain; axes: the sample components (6,) of its first two axes.
 
-    Where its elements have their own it is a distribution, which has these for the others.
+    If elements of the grain have axes of their own, it is a distribution, with `axes` as the default.
     """
     own, of_elements = np.zeros(0, int), model.element_axes
     if of_elements is not None:
@@ -84,7 +84,7 @@ def orientation_lines(model: ElasticModel, grain: int, axes: list[float]) -> Ite
 
 
 def _material_names(model: ElasticModel) -> list[str]:
-    """Return the name of each grain's material: one a phase, or one a grain where eigenstrains differ."""
+    """Return the material name of each grain: one per phase, or one per grain where eigenstrains differ."""
     grains = model.grains.tolist()
     strains: dict[int | None, set[bytes]] = {}
     for grain, strain in zip(grains, model.own_strain):

@@ -1,4 +1,4 @@
-"""Lines of the deck for the load: one static step, one for each load case, or those of a history."""
+"""Lines of the deck for loads: a single static step, a step per load case, or the steps of a history."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -10,18 +10,18 @@ from craftmesh.mechanics.load import Fixed, Load, Traction, acting_faces, combin
 from craftmesh.surface.rounding import EXACT
 from craftmesh.types import BOX_PLANES, TetMesh
 
-# Both solvers write these to their results files (.fil, .frd).
+# Requests for the output that both solvers write to their results files (.fil, .frd).
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
-# Materials expand by the eigenstrains of their grains times the temperature.
+# Initial temperature; materials expand by the eigenstrains of their grains times the temperature.
 _COLD = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.0\n"
-# An increment that does not converge is cut to no less than that share of the longest: ten halvings.
+# Shortest increment over the longest: one that does not converge is cut by no more than ten halvings.
 _SHORTEST = 1e-3
-_MOST_INCREMENTS = 100_000  # of a step, which ends before: the programs' own limit is 100
+_MOST_INCREMENTS = 100_000  # most increments of a step, never reached; the programs' default is 100
 _PAIRS_PER_LINE = 4
 
 
 def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
-    """Yield the supports and the step of a load on a mesh; what moves does so in the step."""
+    """Yield the supports and the step of a load on a mesh; displacements other than 0 act in the step."""
     still = [fixed for fixed in load.held if not np.any(fixed.displacement)]
     moved = [fixed for fixed in load.held if np.any(fixed.displacement)] + [*load.moved]
     yield "*BOUNDARY\n"
@@ -41,7 +41,7 @@ def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
 
 
 def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
-    """Yield a step for each load case, which takes away supports and loads of the one before."""
+    """Yield a step for each load case; each step removes the supports and loads of the step before."""
     heated = any(load.heat for load in cases.values())
     if heated:
         yield _COLD
@@ -61,8 +61,8 @@ def history_lines(
 ) -> Iterator[str]:
     """Yield the steps of a history; loads: by the names in it; extras: lines for the output of each step.
 
-    A step has all that any of the loads holds, moves or pulls, 0 where its own does not, so that it takes
-    the place of the step before.
+    A step holds, moves or pulls everything that any of the loads does, with 0 where its own load does not,
+    so that it replaces the step before.
     """
     if any(load.heat for load in loads.values()):
         yield _COLD
@@ -88,7 +88,7 @@ def history_lines(
 def face_lines(loads: Mapping[str, Load]) -> str:
     """Return the lines that print displacements and forces of the faces that move or are pulled.
 
-    And the body's energy, without which in the first step CalculiX has none in the last.
+    They print the body's energy too: unless the first step asks for it, CalculiX has none in the last.
     """
     acting = {plane for plane, _ in acting_faces(loads.values())}
     return "*EL PRINT, ELSET=EALL, TOTALS=ONLY\nELSE\n" + "".join(
@@ -99,9 +99,9 @@ def face_lines(loads: Mapping[str, Load]) -> str:
 def _load_lines(
     loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh, loaded: np.ndarray
 ) -> Iterator[str]:
-    """Yield supports and loads of a step: at its end, or with its amplitude over time.
+    """Yield supports and loads of a step: of a ramp at its end, of cycles with the amplitude over time.
 
-    loaded (n, 3): the forces, by node and axis, that any of the loads has.
+    loaded (n, 3): mask, by node and axis, of the forces that any of the loads has.
     """
     level, amplitude = (step.level, "") if step.kind == RAMP else (1.0, f", AMPLITUDE=STEP_{count}")
     load = combined([(level * (name == step.load), one) for name, one in loads.items()])
@@ -114,7 +114,7 @@ def _load_lines(
 
 
 def _moved_lines(fixed: Fixed) -> Iterator[str]:
-    """Yield the line of a node set that moves by one value, or one of each node."""
+    """Yield the line of a node set with one displacement, or one line for each node."""
     axis = fixed.axis + 1
     if np.ndim(fixed.displacement):
         values = np.asarray(fixed.displacement).tolist()
@@ -128,9 +128,10 @@ def _moved_lines(fixed: Fixed) -> Iterator[str]:
 def _pulled(
     tractions: Sequence[Traction], mesh: TetMesh, option: str = "", loaded: np.ndarray | None = None
 ) -> Iterator[str]:
-    """Yield pressures on surfaces, and other tractions as forces at nodes: CalculiX has no others.
+    """Yield pressures on surfaces; other tractions become forces at nodes, as CalculiX has no other kind.
 
-    option: of both keywords; loaded (n, 3): the forces that are written, by default those that are not 0.
+    option: text after both keywords; loaded (n, 3): mask of the forces to write, by default those that are
+    not 0.
     """
     pressures, forces = _parted(tractions, mesh)
     if pressures:
@@ -152,5 +153,5 @@ def _parted(tractions: Sequence[Traction], mesh: TetMesh) -> tuple[list[Traction
 
 
 def _nodes(fixed: Fixed) -> list[str]:
-    """Return the name of the node set, or the numbers of single nodes."""
+    """Return the name of the node set, or the numbers of nodes without a set."""
     return [fixed.name] if fixed.name else [str(node + 1) for node in fixed.nodes.tolist()]

@@ -55,7 +55,7 @@ _LAYER_NOTE = """\
 ** CRACK_FRONT_COPIES the others.
 """
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
-# Of steps, whose increments are many.
+# Output requests of a history's steps, which have many increments.
 _OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E, ENER\n"
 
 
@@ -69,14 +69,14 @@ def write_deck(
 ) -> dict:
     """Write the complete deck of `mesh` to a path (whole or not at all) or an open text stream.
 
-    4-node meshes become 10-node ones for C3D10. orientations (g, 4): row = grain id, unit quaternion
-    (w, x, y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row =
-    grain id. templates: what user_material names, by `parse_templates`. Grains of unknown orientation get
-    sections without one. The same input gives the same bytes. With `includes` the mesh goes to
-    `mesh_file(target)`, both files or neither. Return counts, those of the quarter points among them.
-    Raises CraftmeshError when a grain whose material is not isotropic has no orientation, a phase has no
-    material, the element type does not fit the mesh, the load has no face to act on, a set's name is none
-    to the solvers, or a stream should have includes.
+    4-node meshes become 10-node ones for C3D10. orientations (g, 4): row = grain id, unit quaternion (w, x,
+    y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row = grain id.
+    templates: the materials that user_material names, from `parse_templates`. Grains of unknown orientation
+    get sections without one. The same input gives the same bytes. With `includes` the mesh goes to
+    `mesh_file(target)`; both files are written, or neither. Returns counts, including those of quarter
+    points. Raises CraftmeshError if a grain whose material is not isotropic has no orientation, a phase has
+    no material, the element type does not fit the mesh, the load has no face to act on, the solvers cannot
+    read a set's name, or a stream should have includes.
     """
     model, report = elastic_model(mesh, options, orientations, phases)
     materials = None if templates is None else UserMaterials(templates, phases)
@@ -95,18 +95,18 @@ def write_model(
 ) -> None:
     """Write the complete deck of a model, as `write_deck` does.
 
-    options: what is no part of the model; materials: those of options.user_material; units: named in the
-    heading; traced: a history prints what faces bear in each increment, and fields in its last one alone,
-    for CalculiX has one frequency for both. layers: on the model's mesh, in the model's unit. Of options
-    that have plates the load is in contact with them.
+    materials: of the template options.user_material; units: named in the heading; traced: each increment of
+    a history prints the forces and displacements of faces, and only the last one writes fields, because
+    CalculiX has one frequency for both. layers: on the model's mesh, in the model's unit. With plates in
+    options, the load acts by contact with them.
     """
     check_writable(model)
     if options.user_material and materials is None:
         raise CraftmeshError(
-            f"user_material is {options.user_material!r}, which commands read; give the deck its templates"
+            f"user_material is {options.user_material!r}, but no file is read here; pass its materials"
         )
     if options.cohesive and layers is None:
-        raise CraftmeshError("cohesive: commands lay the layers; give the deck of a model with them these")
+        raise CraftmeshError("cohesive: layers are not made here; pass a model with layers, and the layers")
     includes, layout = options.includes, options.style
     scale, model = model.scale, model.in_unit_of_deck()
     notes = _notes(model, layers, scale, layout)
@@ -125,7 +125,7 @@ def write_model(
 
 
 def _notes(model: ElasticModel, layers: CohesiveLayers | None, scale: float, layout: str) -> str:
-    """Return the heading, and comments on what the deck has."""
+    """Return the heading, and comments on the deck's contents."""
     nodes, elements, grains = map(len, (model.mesh.points, model.mesh.tets, model.grains))
     notes = _HEADER.format(nodes=nodes, elements=elements, element=model.element, grains=grains)
     if layout != MESH:
@@ -144,7 +144,7 @@ def _model_lines(
     layers: CohesiveLayers | None,
     scale: float,
 ) -> Iterator[str]:
-    """Yield what follows the mesh: materials, axes and sections, contact and steps."""
+    """Yield the lines after the mesh: materials, axes and sections, contact and steps."""
     if model.element_axes is not None:
         yield f"*DISTRIBUTION TABLE, NAME={AXES_TABLE}\nCOORD3D, COORD3D\n"
     yield from section_lines(model) if materials is None else user_section_lines(model, materials)
@@ -161,7 +161,7 @@ def _model_lines(
 def _load_lines(
     model: ElasticModel, options: DeckOptions, materials: UserMaterials | None, traced: bool
 ) -> Iterator[str]:
-    """Return the lines of the steps: of a history, of each load case, or of the load at once."""
+    """Return the lines of the steps: of a history, of each load case, or of the only load."""
     steps = [piece for step in options.history for piece in step.pieces()]
     if steps:
         user = None if materials is None else next(iter(materials.by_phase.values()))
@@ -180,7 +180,7 @@ def _load_lines(
 
 
 def _units_note(units: UnitsOptions) -> str:
-    """Return the comment that names the model's units, in ASCII: micro is u."""
+    """Return the comment that names the model's units, in ASCII; micro becomes u."""
     named = ", ".join(f"{quantity} {unit}" for quantity, unit in units.by_quantity().items())
     text = named.translate({0xB5: "u", 0x3BC: "u"}).encode("ascii", "replace").decode("ascii")
     return f"** Units of the model: {text[:200]}\n" if named else ""
@@ -188,7 +188,7 @@ def _units_note(units: UnitsOptions) -> str:
 
 @contextmanager
 def _text_streams(target: str | os.PathLike | TextIO, includes: bool) -> Iterator[tuple[TextIO, TextIO]]:
-    """Yield the stream of the model and that of its mesh, one and the same without includes."""
+    """Yield the streams of the model and of its mesh; without includes they are the same."""
     if not isinstance(target, (str, os.PathLike)):
         if includes:
             raise CraftmeshError("includes: a stream has no place for a second file; give a path")

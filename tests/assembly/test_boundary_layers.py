@@ -231,7 +231,7 @@ ONE = """*NODE
         ("COH3D6", "COH3D15", "Abaqus has no COH3D15"),
         ("5, 6, 7\n", "5, 7, 6\n", "nodes 4 to 6 not over 1 to 3"),
         ("1, 2, 3, 5, 6, 7\n", "1, 3, 2, 5, 7, 6\n", "into the solid element"),
-        ("SECTION, ELSET=COH_1_2", "SECTION, ELSET=GRAIN_1", "no cohesive section has the elements of COH"),
+        ("SECTION, ELSET=COH_1_2", "SECTION, ELSET=GRAIN_1", "no cohesive section covers elements of COH"),
         ("MATERIAL=M, R", "MATERIAL=N, R", "names MATERIAL N"),
     ],
 )

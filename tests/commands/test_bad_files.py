@@ -83,7 +83,7 @@ def test_a_bad_file_is_one_line_that_names_it(line, kind, tmp_path, capsys, monk
 def test_a_deck_that_was_cut_short_is_refused_with_the_line(tmp_path, capsys):
     rows = "".join(f"{n}, {n}.5, 0., 1.\n" for n in range(1, 9))
     (tmp_path / "model.inp").write_text(f"*HEADING\nm\n*NODE\n{rows[:-5]}\n")
-    assert "model.inp: line 3: 31 numbers in rows of 4" in refusal(
+    assert "model.inp: line 3: 31 numbers do not fill rows of 4" in refusal(
         ["check", tmp_path / "model.inp"], capsys
     )
 

@@ -43,7 +43,7 @@ def test_sound_deck_has_no_breach(tmp_path):
     [
         ("one\n", "\xb5m\n", "not ASCII"),
         ("one\n", "x" * 257 + "\n", "line 3: over 256 characters"),
-        ("2, 1., 0., 0.", "1, 1., 0., 0.", "1 node ids are there twice"),
+        ("2, 1., 0., 0.", "1, 1., 0., 0.", "1 node ids are duplicate"),
         (" 3, 4", " 3, 9", "line 9: node 9 is not in the deck"),
         ("1, 2, 3\n", "1, 2, 5\n", "line 12: node 5 is not in the deck"),
         ("1, 2, 3\n", "1, " * 16 + "1\n", "line 12: a row of the set has over 16 entries"),
@@ -51,7 +51,7 @@ def test_sound_deck_has_no_breach(tmp_path):
         ("ELSET=GRAIN_7, MATERIAL", "ELSET=GRAIN_8, MATERIAL", "names ELSET GRAIN_8"),
         ("MATERIAL=M", "MATERIAL=N", "names MATERIAL N"),
         ("1, 1, 2,", "1, 2, 1,", "1 elements have a volume <= 0 (the first is element 1 of GRAIN_7)"),
-        ("*ELASTIC\n70., 0.3", "*USER MATERIAL, CONSTANTS=3\n70., 0.3", "CONSTANTS=3 and 2 values"),
+        ("*ELASTIC\n70., 0.3", "*USER MATERIAL, CONSTANTS=3\n70., 0.3", "CONSTANTS=3 but 2 values"),
         ("1, 1, 2,", "1, 1,", "line 9: rows of 4 numbers; expected 5"),
     ],
 )
@@ -107,14 +107,14 @@ def test_a_sound_deck_of_parts_has_no_breach(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("BODY-1.NALL, 3", "NALL, 3", "NALL is no set .* defined before; expected BODY-1.NALL"),
-        ("BODY-1.NALL, 3", "BODY-2.NALL, 3", "BODY-2.NALL is no set"),
-        ("BODY-1.ZMIN,", "BODY-1.ZMAX,", "BODY-1.ZMAX is no set or surface"),
+        ("BODY-1.NALL, 3", "NALL, 3", "no set .* NALL is defined before; expected BODY-1.NALL"),
+        ("BODY-1.NALL, 3", "BODY-2.NALL, 3", "no set or surface BODY-2.NALL"),
+        ("BODY-1.ZMIN,", "BODY-1.ZMAX,", "no set or surface BODY-1.ZMAX"),
         ("BODY-1.4,", "BODY-1.5,", "line 29: node 5 is not in the deck"),
-        ("NSET=BODY-1.NALL\n*END", "NSET=NALL\n*END", "NALL is no set"),
-        ("GRAIN_7\n*ELSET", "GRAIN_8\n*ELSET", "GRAIN_8 is no set or surface that is defined before"),
+        ("NSET=BODY-1.NALL\n*END", "NSET=NALL\n*END", "no set or surface NALL"),
+        ("GRAIN_7\n*ELSET", "GRAIN_8\n*ELSET", "no set or surface GRAIN_8 is defined before"),
         ("*END PART\n", "", "the last part has no .END PART"),
-        ("PART=BODY\n*END", "PART=BONE\n*END", "the part of the instance, BONE, is not there"),
+        ("PART=BODY\n*END", "PART=BONE\n*END", "the part BONE of the instance is not defined"),
         (
             "*SOLID SECTION, ELSET=GRAIN_7, MATERIAL=M\n*END PART\n",
             "*END PART\n*SOLID SECTION, ELSET=GRAIN_7, MATERIAL=M\n",
@@ -160,7 +160,7 @@ def test_included_files_that_are_missing_or_go_round_are_said(tmp_path):
     included.write_text("*INCLUDE, INPUT=model.inp\n" + included.read_text())
     assert check_deck(model) == ["Mesh.inp, line 1: model.inp includes itself"]
     included.unlink()
-    assert "line 4: the included file Mesh.inp is not there" in check_deck(model)
+    assert "line 4: the included file Mesh.inp does not exist" in check_deck(model)
 
 
 def test_folded_ten_node_elements_are_named(tmp_path):

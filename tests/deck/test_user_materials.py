@@ -235,5 +235,5 @@ def test_options_that_do_not_fit_are_refused(mesh, tmp_path):
     ):
         with pytest.raises(CraftmeshError, match=said):
             DeckOptions(**options)
-    with pytest.raises(CraftmeshError, match="user_material is 'oxford', which commands read"):
+    with pytest.raises(CraftmeshError, match="user_material is 'oxford', but no file is read here"):
         write_deck(tmp_path / "model.inp", mesh, DeckOptions(user_material="oxford"), turns())
