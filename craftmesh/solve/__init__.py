@@ -1,8 +1,8 @@
-"""The field of displacements of a model: the built-in solver, and fields that other programs found.
+"""The displacement field of a model: the built-in solver, and checks of fields from other programs.
 
-In comes an `ElasticModel`, out come displacements and how far they are from balance (`solve_model`).
-`problem` puts the model into arrays; `kernels` has its elements, its matrix and the sweeps. `iteration`
-takes conjugate gradients with two levels (`levels`), and where lips press on each other `contact` finds
-which pairs of nodes are closed. `foreign` holds fields from elsewhere against the model. `options` has the
-tolerance and the bounds.
+`solve_model` takes an `ElasticModel` and returns displacements and their residual. `problem` puts the model
+into arrays; `kernels` has its elements, its matrix and the sweeps. `iteration` runs conjugate gradients
+with a preconditioner of several levels (`levels`). Where lips press on each other, `contact` finds the
+pairs of nodes that are closed. `foreign` checks fields from elsewhere against the model. `options` has the
+tolerance and the limits.
 """

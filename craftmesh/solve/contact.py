@@ -1,4 +1,4 @@
-"""Frictionless contact of a crack's lips: which pairs of nodes are closed, found by an active set."""
+"""Frictionless contact of a crack's lips: an active set finds the pairs of nodes that are closed."""
 
 from typing import NamedTuple
 
@@ -9,17 +9,17 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.lips import LipPairs
 from craftmesh.solve.iteration import ClosedPairs, Found, Iteration
 
-# An overlap counts from so many residuals of the largest displacement on.
+# Smallest overlap that counts, over tolerance times the largest displacement.
 _OVERLAP = 100.0
-# Residual of the fields that only tell which pairs close: overlaps and forces that decide are larger.
+# Residual of fields that only decide which pairs close: the deciding overlaps and forces are larger.
 _ROUGH = 1e-5
-# A pair that closed again as often stays closed.
+# Largest number of releases of a pair; one that closes again after these stays closed.
 _MOST_RELEASES = 3
 _MOST_STEPS = 100
 
 
 class Contact(NamedTuple):
-    """The field with contact, which pairs (p,) are closed, the steps it took, the overlap that is left."""
+    """The field with contact, a mask (p,) of closed pairs, the number of steps, the remaining overlap."""
 
     found: Found
     closed: np.ndarray
@@ -27,7 +27,7 @@ class Contact(NamedTuple):
     overlap: float
 
     def figures(self) -> dict[str, int | float]:
-        """Return what a solution's record says of it; the overlap is a length."""
+        """Return the figures of contact in a solution's record; the overlap is a length."""
         return {
             "contact_pairs": len(self.closed),
             "contact_closed": int(self.closed.sum()),
@@ -37,21 +37,21 @@ class Contact(NamedTuple):
 
 
 def overlap_of(pairs: LipPairs, displacement: np.ndarray) -> float:
-    """Return how deep the lips overlap in a field (n, 3), 0 where they do not."""
+    """Return the largest overlap of the lips in a field (n, 3), 0 if they do not overlap."""
     return float(max(-pairs.gaps(displacement).min(initial=0.0), 0.0))
 
 
 def least_overlap(displacement: np.ndarray, tolerance: float) -> float:
-    """Return the overlap from which on a field (n, 3) found to a residual is taken to overlap."""
+    """Return the overlap above which lips count as overlapping in a field (n, 3) of that residual."""
     return _OVERLAP * tolerance * float(np.ptp(displacement, axis=0).max())
 
 
 def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray) -> Contact:
-    """Return the field whose lips press on each other where they touch, from the one without contact.
+    """Return the field whose lips press on each other where they touch; start (n, 3): without contact.
 
-    Primal-dual active set (Hintermueller, Ito & Kunisch 2002): pairs that overlap are closed, and those
-    that pull are released, until there are none. A corner of 10-node elements is released where the
-    pressure around it pulls too: even pressure has no force on corners.
+    Primal-dual active set (Hintermueller, Ito & Kunisch 2002): pairs that overlap are closed and pairs that
+    pull are released, until there are none of either. A corner of 10-node elements is released only if the
+    pressure around it pulls too, because uniform pressure puts no force on corners.
     """
     tolerance, fixed = iteration.options.tolerance, iteration.problem.supports.fixed
     around = _around(pairs)
@@ -72,15 +72,15 @@ def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray) -> Co
         closed = (closed & ~opens) | closes
         releases += opens
     raise CraftmeshError(
-        f"contact: which lip nodes touch is not found in {_MOST_STEPS} steps; look for flat elements "
+        f"contact: the touching lip nodes are not found in {_MOST_STEPS} steps; look for flat elements "
         "(craftmesh check), or switch contact off"
     )
 
 
 def _around(pairs: LipPairs) -> csr_array:
-    """Return the matrix (p, p) that gives corners half of the forces at the middles of their edges.
+    """Return the matrix (p, p) that gives each corner half of the forces at the mid nodes of its edges.
 
-    With their own that is the force on the linear function that is 1 there.
+    With the corner's own force, this is the force on the linear function that is 1 at the corner.
     """
     count = len(pairs.nodes)
     if pairs.facets.shape[1] == 3:

@@ -1,4 +1,4 @@
-"""Fields that other programs found or that come from files, held against their model."""
+"""Fields from other programs or from files, checked against their model."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -13,25 +13,26 @@ from craftmesh.solve.problem import Problem, problem_of
 from craftmesh.surface.side_data import UNITS, power_told
 from craftmesh.types import Solution
 
-# Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
-# another load or material leaves 0.3 and more.
+# Largest residual of a field. Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with
+# finer meshes; a field of another load or material leaves 0.3 and more.
 _LARGEST_RESIDUAL = 0.1
-# A support's displacement comes back to six digits of the largest one.
+# Largest deviation from a support, over the largest displacement: files have six digits of that.
 _SUPPORT = 1e-4
-# A field of the same model is as far out of balance as before, but for rounding; without the quarter points
-# of a penny it was 8e-2.
+# Largest residual over the recorded one, and least recorded one that counts. A field of the same model
+# differs by rounding; without its quarter points a penny's left 8e-2.
 _RESIDUAL_FACTOR, _ROUNDING = 10.0, 1e-10
 
-# What a program finds for a model and its load's name: numbers of nodes (k,), displacements (k, 3), source.
+# Function of a model and its load's name that returns node numbers (k,), displacements (k, 3) and source.
 FieldOf = Callable[[ElasticModel, str], tuple[np.ndarray, np.ndarray, str]]
 
 
 def foreign_solutions(
     model: ElasticModel, solver: str, field_of: FieldOf
 ) -> tuple[dict[str, Solution], dict]:
-    """Return the solutions that a program finds for a model, by name, and a report of each.
+    """Return a model's solutions by load name, from fields of another program, and a report.
 
-    Of combinations it finds the load cases; errors are those of `foreign_solution`.
+    solver: its name; field_of: called for the only load or, if the model has combinations, for each load
+    case; a combination's field is the sum of its cases' fields. Errors are those of `foreign_solution`.
     """
     if not model.combinations:
         numbers, displacement, source = field_of(model, "")
@@ -53,24 +54,24 @@ def foreign_solutions(
 def check_solutions(model: ElasticModel, solutions: Mapping[str, Solution], source: str) -> None:
     """Raise CraftmeshError unless solutions by name are elastic fields of the model under its loads.
 
-    source: the file that they come from, for errors. A model without a load takes any field of its mesh.
+    source: the file that they come from, for errors. A model without a load accepts any field of its mesh.
     """
     models = model.by_load()
     if solutions.keys() != models.keys():
         asked, there = (", ".join(filter(None, names)) or "one load" for names in (models, solutions))
         raise CraftmeshError(
-            f"{source}: has the fields of {there}, and the options are for {asked}; give those "
-            "with which it was solved (faces, combine)"
+            f"{source}: has the fields of {there}, but the options are for {asked}; give the "
+            "options with which it was solved (faces, combine)"
         )
     for name, solution in solutions.items():
         if solution.history:
             raise CraftmeshError(
-                f"{source}: has the end of a load in steps, and K is of elastic fields: solve with builtin"
+                f"{source}: has the end of a load in steps, but K needs elastic fields: solve with builtin"
             )
         if solution.displacement.shape != model.mesh.points.shape:
             raise CraftmeshError(
-                f"{source}: has {len(solution.displacement)} nodes, the mesh {len(model.mesh.points)}; "
-                "give the solution of this mesh, and the same element"
+                f"{source}: has {len(solution.displacement)} nodes, but the mesh {len(model.mesh.points)}; "
+                "give the solution of this mesh, with the same element"
             )
         if model.load is not None:
             _check_balance(models[name], solution, source)
@@ -82,12 +83,12 @@ def _check_balance(model: ElasticModel, solution: Solution, source: str) -> None
     _, found = foreign_solution(model, numbers, field, EXTERNAL, source, solution.contact)
     recorded = float(solution.record.get("residual", np.inf))
     residual, most = found["residual"], _RESIDUAL_FACTOR * max(recorded, _ROUNDING)
-    if residual > most:  # of an integration in full
+    if residual > most:  # the field may come from full integration
         residual = min(residual, problem_of(model, FULL_RULE).balance(field, solution.contact)[2])
     if residual > most:
         raise CraftmeshError(
-            f"{source}: the field leaves {residual:.1e} of the forces out of balance here, and left "
-            f"{recorded:.1e} when it was found; give the options with which it was solved (quarter_points?)"
+            f"{source}: the field leaves {residual:.1e} of the forces out of balance here, but left "
+            f"{recorded:.1e} when solved; give the options with which it was solved (quarter_points?)"
         )
 
 
@@ -99,12 +100,12 @@ def foreign_solution(
     source: str,
     contact: np.ndarray | None = None,
 ) -> tuple[Solution, dict]:
-    """Return the solution that a program found, and a report.
+    """Return the solution of another program's field, and a report.
 
-    numbers (k,): the deck's numbers of nodes; displacement (k, 3) in the same order; source: what they
-    come from, for errors; contact (n, 3): as in `Solution`, by the mesh's nodes. Raises CraftmeshError for
-    nodes that are missing, there twice or unknown, values that are not finite, and a field that does not
-    keep the supports or is far from balance: one of another mesh, load or material.
+    numbers (k,): node numbers of the deck; displacement (k, 3) in the same order; solver: the program's
+    name; source: the field's file, for errors; contact (n, 3): as in `Solution`, by the mesh's nodes.
+    Raises CraftmeshError for missing, duplicate or unknown nodes, values that are not finite, and a field
+    that does not keep the supports or is far from balance, as a field of another mesh, load or material is.
     """
     problem = problem_of(model)
     field = in_order(numbers, displacement, len(model.mesh.points), source)
@@ -120,11 +121,11 @@ def foreign_solution(
 
 
 def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -> np.ndarray:
-    """Return the values (count, c) by node; raises CraftmeshError as `foreign_solution`."""
+    """Return the values (count, c) in the order of the nodes; errors as in `foreign_solution`."""
     seen = np.bincount(numbers[(numbers > 0) & (numbers <= count)], minlength=count + 1)[1:]
     for wrong, what in (
         (numbers[(numbers < 1) | (numbers > count)], "is no node of the deck"),
-        (np.flatnonzero(seen > 1) + 1, "is there twice"),
+        (np.flatnonzero(seen > 1) + 1, "is duplicate"),
         (np.flatnonzero(seen == 0) + 1, "is missing"),
         (numbers[~np.isfinite(values).all(axis=1)], "has a value that is not finite"),
     ):
@@ -141,17 +142,17 @@ def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -
 def _checked(
     problem: Problem, field: np.ndarray, contact: np.ndarray | None
 ) -> tuple[str, np.ndarray, float]:
-    """Return the fault of a field (n, 3) in words, "" for none, the reactions (n, 3) and the residual.
+    """Return the fault of a field (n, 3) as text, "" if none, the reactions (n, 3) and the residual.
 
-    The fault is a support that the field does not keep, whose balance is not computed, or its residual.
+    The fault is a violated support (reactions are then 0 and the residual inf), or too large a residual.
     """
     supports = problem.supports
     off = np.where(supports.fixed, np.abs(field - supports.displacement), 0.0)
     if off.max(initial=0.0) > _SUPPORT * np.abs(field).max(initial=0.0):
         node, axis = np.unravel_index(off.argmax(), off.shape)
         fault = (
-            f"node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, the load "
-            f"prescribes {supports.displacement[node, axis]:.6g}; take the field of this deck"
+            f"node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, but the load "
+            f"prescribes {supports.displacement[node, axis]:.6g}; use the field of this deck"
         )
         return fault, np.zeros_like(field), np.inf
     _, reactions, residual = problem.balance(field, contact)
@@ -159,7 +160,7 @@ def _checked(
         return "", reactions, residual
     fault = (
         f"the field leaves {residual:.2g} of the forces out of balance, expected at most "
-        f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "
+        f"{_LARGEST_RESIDUAL:g}; use the field of this deck, with the same mesh, materials and load, "
         "or a direct solver"
     )
     return fault, reactions, residual

@@ -1,4 +1,4 @@
-"""A problem's field by conjugate gradients, pairs of closed lips kept: from a field on to an exact one."""
+"""A problem's field by conjugate gradients, which keep closed pairs of lip nodes closed."""
 
 from collections.abc import Callable
 from functools import cached_property, partial
@@ -15,13 +15,13 @@ from craftmesh.solve.levels import Step, StiffnessMatrix, step_of, stiffness_mat
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import Problem
 
-# Where cracks cross under supports a constraint may follow from others; with so much on the diagonal of
-# their products, which is 2, each gets its share.
+# Number added to the diagonal of the constraints' products, which is 2. Where cracks cross under supports a
+# constraint may follow from others; each then gets its share.
 _DEPENDENT = 1e-12
-# The residual that the iteration carries along parts from the true one by rounding and by the reactions,
-# which change; it aims for half, and goes on from there where that was not enough.
+# Goal of the iteration over the tolerance. Its residual differs from the true one by rounding and by the
+# reactions, which change; where half is not enough, the iteration continues.
 _AIM = 0.5
-# Forces under this share of those of uniform strain are rounding.
+# Fraction of the forces of uniform strain below which forces are rounding.
 _AT_REST = 1e-6
 
 
@@ -33,11 +33,11 @@ def conjugate_gradients(
     most: int,
     heard: Callable[[float], None],
 ) -> tuple[np.ndarray, int]:
-    """Return x (n, 3) with |right - A x| <= goal, or what `most` iterations gave, and their number.
+    """Return x (n, 3) with |right - A x| <= goal, or after `most` iterations, and the number of iterations.
 
     times(x, out) fills `out` with the symmetric positive definite A times x and returns x . out;
-    precondition(r, out) fills `out` with an approximate answer to r; heard(|r|) is called each iteration.
-    The residual is the one that the iteration carries along; rounding parts it from the true one.
+    precondition(r, out) fills `out` with an approximate solution for r; heard(|r|) is called in each
+    iteration. The residual r is updated by recursion, so that rounding makes it differ from the true one.
     """
     x, residual = np.zeros_like(right), right.copy()
     answer, product = np.empty_like(right), np.empty_like(right)
@@ -46,7 +46,7 @@ def conjugate_gradients(
     for iteration in range(most):
         size = np.sqrt(dot(residual, residual))
         heard(size)
-        if not size > goal:  # there, or not a number
+        if not size > goal:  # converged, or not a number
             return x, iteration
         precondition(residual, answer)
         weight = dot(residual, answer)
@@ -60,11 +60,11 @@ def conjugate_gradients(
 
 
 class ClosedPairs:
-    """The pairs of lip nodes, `which` (p,) of all, whose gap stays 0; fixed (n, 3): prescribed components.
+    """Pairs of lip nodes whose gap stays 0, `which` (p,) of all pairs; fixed (n, 3): prescribed components.
 
-    Each is a row c of `free`, 0 at prescribed components; rows of `whole` have all components, so that
-    whole @ u are the gaps of a displacement u. Fields that the solver adds are kept square to all c.
-    text: what the progress of such a field says first.
+    A pair is a row c of `free`, 0 at prescribed components; rows of `whole` have all components, so that
+    whole @ u are the gaps of a displacement u. The solver keeps its updates of a field orthogonal to all c.
+    text: start of the progress messages.
     """
 
     def __init__(self, pairs: LipPairs, which: np.ndarray, fixed: np.ndarray, text: str):
@@ -81,25 +81,25 @@ class ClosedPairs:
         self.answer = scipy.sparse.linalg.splu(product.tocsc()).solve if len(nodes) else np.copy
 
     def take_out(self, field: np.ndarray) -> None:
-        """Take the part along the constraints out of a field (n, 3)."""
+        """Remove from a field (n, 3), in place, its part along the constraints."""
         field -= (self.spread @ self.answer(self.free @ field.ravel())).reshape(field.shape)
 
     def closed(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the displacement (n, 3) with these gaps closed."""
+        """Return the displacement (n, 3) changed so that the gaps of these pairs are 0."""
         gaps = self.whole @ displacement.ravel()
         return displacement - (self.spread @ self.answer(gaps)).reshape(displacement.shape)
 
     def pushing(self, left: np.ndarray) -> np.ndarray:
-        """Return the forces (p,) by which pairs push apart, so that of forces left (n, 3) least is left."""
+        """Return forces (p,) by which pairs push apart that best balance the forces left (n, 3)."""
         push = np.zeros(len(self.which))
         push[self.which] = -self.answer(self.free @ left.ravel())
         return push
 
 
 class Found(NamedTuple):
-    """A field (n, 3), the forces (p,) by which pairs of lip nodes push apart, and what is left.
+    """A field (n, 3), the forces (p,) by which pairs of lip nodes push apart, and the remaining imbalance.
 
-    left (n, 3): forces out of balance; size: the length of reactions and forces that act; residual: as in
+    left (n, 3): forces out of balance; size: norm of reactions and applied forces; residual: as in
     `Problem.balance`.
     """
 
@@ -111,9 +111,10 @@ class Found(NamedTuple):
 
 
 class Iteration:
-    """The matrix of a problem and its coarser levels, made once; `count`: the iterations so far.
+    """The matrix of a problem and its coarser levels, made once; `count`: iterations so far.
 
-    like: the iteration of another load on the same elements and supports, whose matrix and levels it takes.
+    like: the iteration of another load on the same elements and supports, whose matrix and levels are
+    reused.
     """
 
     def __init__(
@@ -129,7 +130,7 @@ class Iteration:
 
     @cached_property
     def matrix(self) -> StiffnessMatrix:
-        """The stiffness matrix, supports taken out."""
+        """The stiffness matrix, with the supports eliminated."""
         if self.like:
             return self.like.matrix
         return stiffness_matrix(self.problem.elements, self.problem.supports.fixed)
@@ -144,7 +145,7 @@ class Iteration:
         return step_of(self.problem.elements, matrix, self.problem.supports.fixed)
 
     def found(self, displacement: np.ndarray, closed: ClosedPairs | None) -> Found:
-        """Return what a field (n, 3) leaves of the forces, after what closed pairs push."""
+        """Return the state `Found` of a field (n, 3), with the best forces of closed pairs."""
         left, reactions, residual = self.problem.balance(displacement)
         push = np.zeros(0)
         if closed is not None:
@@ -154,11 +155,11 @@ class Iteration:
         return Found(displacement, push, left, self.problem.size(reactions), residual)
 
     def solved(self, displacement: np.ndarray, closed: ClosedPairs | None, tolerance: float) -> Found:
-        """Return the field with a residual of `tolerance` at most, from one (n, 3) on.
+        """Return the field with a residual of at most `tolerance`, iterated from displacement (n, 3).
 
-        A body that a crack severs may be free of stress, all but rounding: its field has no residual to go
-        by and counts where little is left of the forces of the first field. Raises CraftmeshError where
-        max_iterations, or any number, do not do.
+        A body that a crack severs may be free of stress up to rounding. Its residual means nothing, so its
+        field counts once little is left of the first field's forces. Raises CraftmeshError if
+        max_iterations are not enough, or if the residual no longer falls.
         """
         now = self.found(displacement if closed is None else closed.closed(displacement), closed)
         first = self.first = self.first or now
@@ -174,7 +175,7 @@ class Iteration:
             before, now = now.residual, self.found(now.displacement + change, closed)
             if now.residual * now.size <= tolerance * first.size and now.size <= _AT_REST * first.size:
                 return now
-            if not now.residual < before:  # rounding, or not a number: more of the same would not help
+            if not now.residual < before:  # rounding, or not a number: more iterations would not help
                 raise refused(now.residual, count, self.options)
         return now
 
@@ -189,7 +190,7 @@ class Iteration:
 def _within(
     closed: ClosedPairs, whole: Iteration
 ) -> tuple[Callable[[np.ndarray, np.ndarray], float], Step]:
-    """Return the matrix's product and the step of an iteration on the fields that keep pairs closed."""
+    """Return the matrix product and the preconditioner for fields that keep the pairs closed."""
 
     def times(x: np.ndarray, out: np.ndarray) -> float:
         product = whole.matrix.times(x, out)
@@ -207,5 +208,5 @@ def refused(residual: float, iterations: int, options: SolveOptions) -> Craftmes
     return CraftmeshError(
         f"solve: the residual is {residual:.1e} after {iterations} iterations, expected at most "
         f"{options.tolerance:g}; look for flat elements (craftmesh check), raise max_iterations or "
-        "tolerance, or take another solver"
+        "tolerance, or use another solver"
     )

@@ -1,4 +1,4 @@
-"""The stiffness matrix of a body, and one step towards its answer: sweeps, corners, aggregates of nodes."""
+"""The stiffness matrix of a body, and its preconditioner: sweeps, a corner level, aggregates of nodes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from craftmesh.solve.kernels.blocks import (
 )
 from craftmesh.solve.problem import Elements
 
-# Levels end here: the factor of a larger one costs more than it saves.
+# Size of the coarsest level: factorising a larger one costs more than it saves.
 COARSEST = 300
 _SMOOTHER = ("gauss_seidel", {"sweep": "symmetric"})
 Step = Callable[[np.ndarray, np.ndarray], None]
@@ -26,11 +26,11 @@ Step = Callable[[np.ndarray, np.ndarray], None]
 
 @dataclass(frozen=True, eq=False)
 class StiffnessMatrix:
-    """Symmetric matrix of 3 x 3 blocks by nodes: those on the diagonal (n, 3, 3) and above it.
+    """Symmetric matrix of 3 x 3 blocks by nodes: blocks on the diagonal (n, 3, 3) and above it.
 
-    start (n + 1,), column and upper (k, 3, 3): the blocks of node i above the diagonal are upper[start[i] :
-    start[i + 1]], to the nodes `column` there. Prescribed displacements have no block but the number on the
-    diagonal.
+    start (n + 1,), column (k,) and upper (k, 3, 3): node i has the blocks upper[start[i] : start[i + 1]]
+    above the diagonal, in the columns of the nodes column[start[i] : start[i + 1]]. Prescribed
+    displacements have only their number on the diagonal.
     """
 
     start: np.ndarray
@@ -40,11 +40,11 @@ class StiffnessMatrix:
 
     @property
     def triangle(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """start, column and upper, as the kernels take them."""
+        """start, column and upper, in the order of the kernels' arguments."""
         return self.start, self.column, self.upper
 
     def whole(self) -> bsr_array:
-        """Return the matrix (3n, 3n) in blocks; those that are 0 are left out."""
+        """Return the full matrix (3n, 3n) in sparse blocks; blocks of zeros are left out."""
         n = len(self.diagonal)
         upper = bsr_array((self.upper, self.column, self.start), shape=(3 * n, 3 * n))
         return upper + upper.T + bsr_array((self.diagonal, np.arange(n), np.arange(n + 1)), upper.shape)
@@ -55,10 +55,10 @@ class StiffnessMatrix:
 
 
 def stiffness_matrix(elements: Elements, fixed: np.ndarray) -> StiffnessMatrix:
-    """Return the matrix of the elements; fixed (n, 3) bool: prescribed displacements.
+    """Return the matrix of the elements; fixed (n, 3) bool: mask of prescribed displacements.
 
-    Their rows and columns are 0 but on the diagonal: a right-hand side that is 0 there then has an answer
-    that is 0 there. A node without an element has 1.
+    Rows and columns of prescribed displacements are 0 except on the diagonal: if a right-hand side is 0
+    there, its solution is too. A node without an element has 1 on the diagonal.
     """
     start, column = _upper_pattern(elements.tets, len(elements.points))
     diagonal, upper = assemble_blocks(*elements.tables, start, column)
@@ -73,7 +73,7 @@ def stiffness_matrix(elements: Elements, fixed: np.ndarray) -> StiffnessMatrix:
 
 
 def _upper_pattern(tets: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return start (n + 1,) and column of the blocks above the diagonal, one for each pair of nodes."""
+    """Return start (n + 1,) and column (k,) of the blocks above the diagonal, one per pair of nodes."""
     first = np.arange(0, tets.size + 1, tets.shape[1])
     touches = csr_array((np.ones(tets.size, bool), tets.ravel(), first), (len(tets), count))
     pattern = triu(touches.T @ touches, k=1, format="csr")
@@ -84,8 +84,8 @@ def _upper_pattern(tets: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray
 class Aggregates:
     """One V-cycle of smoothed aggregation (Vanek, Mandel & Brezina 1996) below linear elements.
 
-    Each row of the matrix gives its own weight to the smoothing of the prolongation: pyamg finds a common
-    one from random numbers.
+    The smoothing of the prolongation has a weight of its own for each row of the matrix; pyamg's common
+    weight would depend on random numbers.
     """
 
     def __init__(self, elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray):
@@ -112,7 +112,7 @@ class Aggregates:
         self.cycle = MultilevelSolver(levels, coarse_solver="splu").aspreconditioner(cycle="V")
 
     def __call__(self, left: np.ndarray, out: np.ndarray) -> None:
-        """Fill `out` (n, 3) with the aggregates' answer to what is left (n, 3)."""
+        """Fill `out` (n, 3) with the coarser levels' correction for the residual `left` (n, 3)."""
         answer = self.cycle.matvec(self.restriction @ left.ravel())
         np.copyto(out, (self.prolongation @ answer).reshape(-1, 3))
 
@@ -120,9 +120,9 @@ class Aggregates:
 def sweeps(matrix: StiffnessMatrix, correct: Step) -> Step:
     """Return an approximate inverse of a stiffness matrix L + D + U, symmetric and positive definite.
 
-    From a right-hand side r: x by (L + D) x = r; what is left, -U x, has the coarser level's answer e; then
-    t by (D + U) t = -U x - L e. The answer is x + t, which holds e already. `correct(left, out)` fills
-    `out` (n, 3) with the answer of the coarser level.
+    For a right-hand side r: x solves (L + D) x = r; the coarser level gives a correction e for the residual
+    -U x; t solves (D + U) t = -U x - L e. The result is x + t, which contains e. `correct(left, out)` fills
+    `out` (n, 3) with the coarser level's correction for a residual.
     """
     triangle, inverse = matrix.triangle, np.linalg.inv(matrix.diagonal)
     left, e = np.empty((2, len(inverse), 3))
@@ -140,14 +140,14 @@ def sweeps(matrix: StiffnessMatrix, correct: Step) -> Step:
 
 
 def step_of(elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray) -> Step:
-    """Return a step(right, out) towards the answer of the elements' matrix; fixed (n, 3) prescribed."""
+    """Return the preconditioner step(right, out) of the elements' matrix; fixed (n, 3): prescribed."""
     if elements.tets.shape[1] == 4:
         return sweeps(matrix, Aggregates(elements, matrix, fixed))
     return sweeps(matrix, Corners(elements, fixed))
 
 
 class Corners:
-    """Answers on the corners of 10-node elements, and between them linear along each edge."""
+    """The level of the corners of 10-node elements; its corrections are linear along each edge."""
 
     def __init__(self, elements: Elements, fixed: np.ndarray):
         tets, count = elements.tets, len(elements.points)
@@ -170,14 +170,14 @@ class Corners:
         self.step = step_of(linear, stiffness_matrix(linear, held), held)
 
     def __call__(self, left: np.ndarray, out: np.ndarray) -> None:
-        """Fill `out` (n, 3) with the corners' answer to what is left (n, 3)."""
+        """Fill `out` (n, 3) with the corner level's correction for the residual `left` (n, 3)."""
         right = self.gather @ np.where(self.fixed, 0.0, left)
         self.step(np.where(self.fixed[self.corner], 0.0, right), self.answer)
         np.copyto(out, np.where(self.fixed, 0.0, self.spread @ self.answer))
 
 
 def _shares(points: np.ndarray, mid: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return how far (k,) mid nodes lie along their edges, 0 to 1, so that rigid motions stay rigid."""
+    """Return positions (k,) of mid nodes along their edges, 0 to 1, so that rigid motions stay rigid."""
     along = points[ends[:, 1]] - points[ends[:, 0]]
     reach = np.einsum("ij,ij->i", points[mid] - points[ends[:, 0]], along)
     return np.clip(reach / np.einsum("ij,ij->i", along, along), 0, 1)

@@ -1,4 +1,4 @@
-"""A model's elements, supports and load, and how far a field is from balance."""
+"""A model's elements, supports and load, and the balance of a field."""
 
 from dataclasses import dataclass
 
@@ -16,9 +16,9 @@ from craftmesh.types import TetMesh
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """points (n, 3); tets (m, k), k = 4 or 10; part (m,): row in `stiffness` (g, 6, 6), sample axes.
+    """points (n, 3); tets (m, k), k = 4 or 10; part (m,): row of `stiffness` (g, 6, 6), sample axes.
 
-    rule: the number of points at which they are integrated, 1, 4 or 14.
+    rule: the number of integration points of an element, 1, 4 or 14.
     """
 
     points: np.ndarray
@@ -29,22 +29,22 @@ class Elements:
 
     @property
     def tables(self) -> tuple[np.ndarray, ...]:
-        """All of it as the kernels take it: slopes (q, k, 3) and weights (q,) of the rule come last."""
+        """All as the kernels' arguments; slopes (q, k, 3) and weights (q,) of the rule come last."""
         places, weights = tet_rule(self.rule)
         slopes = shape_slopes(places, self.tets.shape[1])
         return self.points, self.tets, self.part, self.stiffness, slopes, weights
 
     def forces(self, displacement: np.ndarray, free: np.ndarray | None = None) -> np.ndarray:
-        """Return the forces (n, 3) that hold the elements in this displacement (n, 3).
+        """Return the nodal forces (n, 3) that hold the elements at a displacement (n, 3).
 
-        free (g, 6): the strains by part that take no force, none by default.
+        free (g, 6): stress-free strains by part, 0 by default.
         """
         free = np.zeros((len(self.stiffness), 6)) if free is None else free
         return internal_forces(*self.tables, displacement, free)
 
 
 def elements_of(model: ElasticModel, rule: int) -> Elements:
-    """Return the elements of a model; those of 4 nodes need no more than one point."""
+    """Return the elements of a model; 4-node elements have one integration point, whatever `rule` is."""
     mesh = model.mesh
     part = np.searchsorted(model.grains, mesh.grain)
     rule = 1 if mesh.tets.shape[1] == 4 else rule
@@ -62,7 +62,7 @@ class Supports:
 def supports_of(load: Load, mesh: TetMesh) -> Supports:
     """Return the supports of a load; nodes without an element are held too.
 
-    Raises CraftmeshError where two values are prescribed for one displacement, and where a piece of the
+    Raises CraftmeshError if two values are prescribed for one displacement, and if a separate piece of the
     body can move as a whole.
     """
     fixed = np.zeros(mesh.points.shape, bool)
@@ -72,8 +72,8 @@ def supports_of(load: Load, mesh: TetMesh) -> Supports:
         clash = fixed[part.nodes, part.axis] & (before != part.displacement)
         if clash.any():
             raise CraftmeshError(
-                f"load: node {part.nodes[clash][0] + 1} is to move along {'xyz'[part.axis]} by "
-                f"{before[clash][0]:g} and by another value too; prescribe one"
+                f"load: node {part.nodes[clash][0] + 1} is prescribed to move along {'xyz'[part.axis]} by "
+                f"{before[clash][0]:g} and by another value; prescribe one"
             )
         fixed[part.nodes, part.axis] = True
         displacement[part.nodes, part.axis] = part.displacement
@@ -85,7 +85,7 @@ def supports_of(load: Load, mesh: TetMesh) -> Supports:
 
 
 def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
-    """Refuse a piece of the body (elements joined by nodes) that the supports leave a rigid motion."""
+    """Raise CraftmeshError if a piece of the body (elements that nodes connect) can move as a whole."""
     for body in supported_bodies(mesh, [(np.flatnonzero(fixed[:, axis]), axis) for axis in range(3)]):
         if len(free_motions(body.rows)):
             first = np.argmax(body.elements)
@@ -99,7 +99,7 @@ def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """elements, supports, and the forces (n, 3) that act at the nodes, those of eigenstrains too."""
+    """Elements, supports, and the applied forces (n, 3) at the nodes, including those of eigenstrains."""
 
     elements: Elements
     supports: Supports
@@ -108,11 +108,11 @@ class Problem:
     def balance(
         self, displacement: np.ndarray, contact: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return of a field (n, 3): forces out of balance (n, 3), reactions (n, 3), and the residual.
+        """Return for a field (n, 3) forces out of balance (n, 3), reactions (n, 3) and the residual.
 
-        The residual is the length of all forces out of balance over that of all reactions and forces that
-        act; 0 where nothing is loaded. contact (n, 3): forces by which lips that touch push each other
-        apart, which do not count as forces that act.
+        The residual is the norm of the forces out of balance over the norm of all reactions and applied
+        forces; it is not divided if these are 0. contact (n, 3): forces by which touching lips push each
+        other apart, which do not count as applied forces.
         """
         left = self.forces - self.elements.forces(displacement)
         if contact is not None:
@@ -125,24 +125,24 @@ class Problem:
         return left, reactions, float(out / size) if size > 0 else float(out)
 
     def size(self, reactions: np.ndarray) -> float:
-        """Return the length of all reactions (n, 3) and forces that act."""
+        """Return the norm of all reactions (n, 3) and applied forces."""
         return float(np.sqrt((reactions**2).sum() + (self.forces**2).sum()))
 
 
 def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | None = None) -> Problem:
-    """Return the problem of a model whose 10-node elements are integrated at 4 or 14 points.
+    """Return the problem of a model; rule: 4 or 14 integration points of its 10-node elements.
 
-    elements: those of the model, where another load has made them. Raises CraftmeshError for a model
-    without a load, a body that is not held, and elements that are turned over.
+    elements: the model's, if already made for another load. Raises CraftmeshError for a model without a
+    load, a body that is not held, and elements that are inverted or flat.
     """
     if model.load is None:
-        raise CraftmeshError("load: none; a solver needs a strain, a stress, lip_pressure or eigenstrain")
+        raise CraftmeshError("load is none; give a strain, a stress, lip_pressure or eigenstrain to solve")
     if elements is None:
         bad = np.flatnonzero(~(smallest_jacobians(model.mesh.points, model.mesh.tets) > 0))
         if len(bad):
             raise CraftmeshError(
-                f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "
-                f"grain {model.mesh.grain[bad[0]]}); mend the mesh (craftmesh check says more)"
+                f"solve: {len(bad)} elements are inverted or flat (the first is element {bad[0] + 1} of "
+                f"grain {model.mesh.grain[bad[0]]}); repair the mesh (see craftmesh check)"
             )
         elements = elements_of(model, rule)
     supports, forces = supports_of(model.load, model.mesh), nodal_forces(model.load.pulled, model.mesh)

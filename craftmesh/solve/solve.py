@@ -1,4 +1,4 @@
-"""The built-in solver: linear elasticity by preconditioned conjugate gradients on two levels."""
+"""The built-in solver: linear elasticity by preconditioned conjugate gradients on several levels."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,20 +21,20 @@ from craftmesh.solve.problem import Supports, problem_of
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Solution, TetMesh
 
-# Elements of displacements alone lock: on a penny at 45 degrees, five edges to the radius, K errs by up to
-# 1.5 % of the largest with a Poisson's ratio of 0.49, by 14 % with 0.499.
+# Largest Poisson's ratio: displacement elements lock. On a penny at 45 degrees with five edges to the
+# radius, K errs by up to 1.5 % of the largest with a ratio of 0.49, by 14 % with 0.499.
 MOST_POISSON = 0.49
-# Bytes for a node of 4- and 10-node elements, and gigabytes for Python and its libraries: measured with
+# Bytes per node of 4- and 10-node elements, and gigabytes for Python and its libraries, as measured with
 # benchmarks/solve.py, rounded up.
 _PER_NODE = {4: 4000, 10: 2000}
 _AT_REST = 0.4
-# Supports in a plane say nothing of the strain across it: eigenvalues of their moments under this share of
-# the largest are rounding.
+# Supports in a plane do not determine the strain normal to it: eigenvalues of their moments below this
+# fraction of the largest are rounding.
 _FLAT = 1e-10
 
 
 def check_compressible(model: ElasticModel) -> None:
-    """Raise CraftmeshError for a material that is nearly incompressible, its grain and phase named."""
+    """Raise CraftmeshError for a nearly incompressible material; the error names its grain and phase."""
     ratio = poisson_ratios(model.stiffness())
     worst = int(np.argmax(ratio))
     if ratio[worst] <= MOST_POISSON + ROUNDING:
@@ -46,14 +46,14 @@ def check_compressible(model: ElasticModel) -> None:
     text = f"{of_phase}{material.kind}:{','.join(map(repr, material.constants))}"
     raise CraftmeshError(
         f"material {text} (grain {grain}): Poisson's ratio {ratio[worst]:.6g} is nearly incompressible; "
-        f"the built-in solver takes at most {MOST_POISSON:g}; lower it, or take hybrid elements elsewhere"
+        f"the built-in solver takes at most {MOST_POISSON:g}; lower it, or use hybrid elements elsewhere"
     )
 
 
 def poisson_ratios(stiffness: np.ndarray) -> np.ndarray:
-    """Return Poisson's ratios (g,) of stiffnesses (g, 6, 6), of crystals that of their means.
+    """Return Poisson's ratios (g,) of stiffnesses (g, 6, 6), for crystals from their mean moduli.
 
-    The bulk modulus is that under even pressure (Reuss), the shear modulus the mean over all directions
+    The bulk modulus is for uniform pressure (Reuss), the shear modulus the mean over all directions
     (Voigt).
     """
     mean = mean_moduli(stiffness)
@@ -68,18 +68,18 @@ def solve_model(
     progress: Callable[[float, str], None] = silent,
     field_of: FieldOf | None = None,
 ) -> tuple[dict[str, Solution], dict]:
-    """Return the solutions of a model's combinations by name, of its load alone as "", and a report.
+    """Return the solutions of a model's combinations by name, of its only load as "", and a report.
 
-    Load cases are solved one by one, with one matrix where they hold the same, and combinations are sums of
-    their fields; where lips would overlap in a sum it is solved by itself. Errors are those of `solve`.
-    field_of: asked for the field of each load case where options.solver is not builtin: `field_of(model,
-    name)` gives numbers of nodes (k,), displacements (k, 3) and where they come from; errors are those of
-    `foreign_solution` then.
+    Load cases are solved one by one, with one matrix if they have the same supports; combinations are sums
+    of their fields. A sum in which lips would overlap is solved by itself. Errors are those of `solve`.
+    field_of: gives the fields if options.solver is not builtin. `field_of(model, name)` is called for each
+    load case and returns node numbers (k,), displacements (k, 3) and their source; errors are then those of
+    `foreign_solution`.
     """
     if options.solver != BUILTIN:
         if field_of is None:
             raise CraftmeshError(
-                f"solver is {options.solver}, which commands run; give its fields, or take builtin"
+                f"solver is {options.solver}, which is not run here; pass field_of, or use builtin"
             )
         return foreign_solutions(model, options.solver, field_of)
     if not model.combinations:
@@ -108,11 +108,11 @@ def solve(
 ) -> tuple[Solution, dict]:
     """Return the solution of a model and a report: unknowns, memory in GB, iterations, residual.
 
-    Elements are integrated as C3D4 and C3D10 are in Abaqus and CalculiX, unless told otherwise, so that all
-    three find the same field. Where lips of the crack would overlap in it they press on each other, unless
-    told otherwise, and both returns say so; else nothing is changed. The same model gives the same bits.
-    Raises CraftmeshError for a material that is nearly incompressible, a load that `problem_of` refuses,
-    more memory than the limit, and a field that does not become exact enough.
+    By default elements are integrated as Abaqus and CalculiX integrate C3D4 and C3D10, so that all three
+    find the same field, and lips of the crack that would overlap press on each other. If any do, both
+    returns have the figures of contact. The same model gives the same bits. Raises CraftmeshError for a
+    nearly incompressible material, a load that `problem_of` rejects, more memory than the limit, and a
+    field that does not become exact enough.
     """
     report = _checked(model, options, progress)
     iteration = _after(None, model, options, progress)
@@ -131,7 +131,7 @@ def _after(
     options: SolveOptions,
     progress: Callable[[float, str], None],
 ) -> Iteration:
-    """Return the iteration of a model, with the matrix of the last one where that holds the same."""
+    """Return the iteration of a model; it shares the matrix of `last` if the supports are the same."""
     rule = DECK_RULE if options.integration == "deck" else FULL_RULE
     problem = problem_of(model, rule, last.problem.elements if last else None)
     fixed = problem.supports.fixed
@@ -142,20 +142,20 @@ def _after(
 def _checked(
     model: ElasticModel, options: SolveOptions, progress: Callable[[float, str], None]
 ) -> dict[str, float]:
-    """Return unknowns and memory of a model; raises CraftmeshError where it cannot be solved."""
+    """Return unknowns and memory of a model; raise CraftmeshError if it cannot be solved."""
     check_compressible(model)
     memory = memory_of(model.mesh)
     if memory > options.memory_limit:
         raise CraftmeshError(
-            f"memory_limit: {model.mesh.points.size} unknowns need about {memory:.1f} GB, the limit is "
-            f"{options.memory_limit:g} GB; raise it, take longer edges, or another solver"
+            f"memory_limit: {model.mesh.points.size} unknowns need about {memory:.1f} GB, but the limit is "
+            f"{options.memory_limit:g} GB; raise it, use longer edges, or another solver"
         )
     progress(0.0, f"{model.mesh.points.size} unknowns, about {memory:.1f} GB")
     return {"unknowns": model.mesh.points.size, "memory_gb": round(memory, 2)}
 
 
 def _solution(mesh: TetMesh, iteration: Iteration, start: np.ndarray) -> tuple[Solution, dict]:
-    """Return the solution from a field (n, 3) on, lips that would overlap in contact, and its figures."""
+    """Return the solution iterated from field `start` (n, 3), with contact of lips, and its figures."""
     options, problem = iteration.options, iteration.problem
     found = iteration.solved(start, None, options.tolerance)
     forces, contact_figures = None, {}
@@ -174,14 +174,14 @@ def _solution(mesh: TetMesh, iteration: Iteration, start: np.ndarray) -> tuple[S
 
 
 def memory_of(mesh: TetMesh) -> float:
-    """Return about how many gigabytes the solver will need for a mesh."""
+    """Return the estimated memory in gigabytes that the solver needs for a mesh."""
     return _AT_REST + 1e-9 * _PER_NODE[mesh.tets.shape[1]] * len(mesh.points)
 
 
 def _start(points: np.ndarray, supports: Supports) -> np.ndarray:
-    """Return the field (n, 3) of uniform strain that fits the supports best, their values put in.
+    """Return the field (n, 3) of uniform strain that fits the supports best, with the supports' values.
 
-    Sums are einsum's: those of BLAS go by the number of threads, and the last bits with them.
+    Sums use einsum: the last bits of BLAS sums depend on the number of threads.
     """
     middle = points.mean(axis=0)
     places = np.column_stack([np.ones(len(points)), (points - middle) / np.ptp(points, axis=0).max()])

@@ -85,7 +85,7 @@ def test_the_order_of_the_pair_does_not_count_and_shut_lips_have_no_range(folder
 def test_loads_that_were_not_solved_are_named(folder, capsys):
     target = ("-o", str(folder / "none.csv"))
     for flags, said in (
-        ((), "has the fields of valley, peak, shut, and the options are for pull, shear, back"),
+        ((), "has the fields of valley, peak, shut, but the options are for pull, shear, back"),
         ((*PAIR, "--cycle", "top"), "cycle names 'top'; expected loads of valley, peak, shut"),
     ):
         assert verb("fracture", folder, str(folder / "sums.npz"), *target, *MODEL, *flags) == 1

@@ -124,7 +124,7 @@ def test_a_field_of_something_else_is_refused(solved):
         (model, numbers, 1e-6 * field, r"of the deck, about 1000000 times as small \(m beside um\?\)"),
         (stiff, numbers, field, "of the forces out of balance"),
         (model, numbers[:-1], field[:-1], f"node {len(field)} is missing"),
-        (model, np.append(numbers, 3), field[[*range(len(field)), 2]], "node 3 is there twice"),
+        (model, np.append(numbers, 3), field[[*range(len(field)), 2]], "node 3 is duplicate"),
         (model, numbers + 1, field, f"node {len(field) + 1} is no node of the deck"),
         (model, numbers, lost, "node 5 has a value that is not finite"),
     ):

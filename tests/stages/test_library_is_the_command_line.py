@@ -142,7 +142,7 @@ def test_solution_intensities_and_the_next_crack_have_the_command_lines_bytes(lo
 def test_what_does_not_fit_is_refused_in_one_line(tmp_path):
     body, crack, voxels, frames = edge_crack(tmp_path)
     model, _ = cm.elastic_model(body, cm.ModelOptions(material=("isotropic:70000,0.33",)))
-    with pytest.raises(cm.CraftmeshError, match="solver is calculix, which commands run"):
+    with pytest.raises(cm.CraftmeshError, match="solver is calculix, which is not run here"):
         cm.solve_model(model, cm.SolveOptions(solver="calculix"))
     with pytest.raises(cm.CraftmeshError, match="no column extension; give the columns of"):
         cm.grow_crack(crack, voxels, frames, frames)

@@ -1,7 +1,7 @@
 """The stiffness matrix by nodes: blocks of 3 x 3 on and above the diagonal.
 
-start (n + 1,), column: the row of node i holds the blocks to the nodes column[start[i] : start[i + 1]], all
-greater than i, ascending; the blocks on the diagonal lie apart.
+start (n + 1,), column (k,): row i has blocks in the columns of the nodes column[start[i] : start[i + 1]],
+all greater than i, ascending; blocks on the diagonal are stored apart.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from craftmesh.solve.kernels.elements import add_stiffness, gradients
 
 @kernel
 def assemble_blocks(points, tets, part, stiffness, slopes, weights, start, column):
-    """Return the blocks on (n, 3, 3) and above the diagonal of the stiffness matrix.
+    """Return the blocks on (n, 3, 3) and above (k, 3, 3) the diagonal of the stiffness matrix.
 
-    part (m,): the row of each element in `stiffness` (g, 6, 6).
+    part (m,): row of each element in `stiffness` (g, 6, 6); slopes, weights: see `elements`.
     """
     diagonal, upper = np.zeros((len(points), 3, 3)), np.zeros((len(column), 3, 3))
     width = tets.shape[1]
@@ -37,7 +37,7 @@ def assemble_blocks(points, tets, part, stiffness, slopes, weights, start, colum
 
 @kernel
 def _place_of(node, column, low, high):
-    """Return where `node` is in column[low:high], which ascends and holds it."""
+    """Return the position of `node` in column[low:high], which ascends and contains it."""
     while high - low > 1:
         middle = (low + high) // 2
         if column[middle] <= node:
@@ -59,7 +59,7 @@ def _add_diagonal(own, a, block):
 
 @lean_kernel
 def _add_block(own, row, column, is_upper, block):
-    """Add the block of an element's matrix at (row, column), or its transpose where that lies above."""
+    """Add the block of an element's matrix at (row, column), transposed if it lies below the diagonal."""
     if is_upper:
         for r in range(3):
             for s in range(3):

@@ -55,7 +55,7 @@ def solve_lower(start, column, upper, inverse, right, out):
 
 @lean_kernel
 def negative_upper(start, column, upper, x, out):
-    """Fill `out` with -U x: what is left of a right-hand side after `solve_lower`."""
+    """Fill `out` with -U x, the residual of a right-hand side after `solve_lower`."""
     for i in range(len(x)):
         a, b, c = 0.0, 0.0, 0.0
         for place in range(start[i], start[i + 1]):

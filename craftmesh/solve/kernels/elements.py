@@ -1,7 +1,7 @@
-"""Stiffness and nodal forces of isoparametric elements, integrated where the deck's solvers integrate.
+"""Stiffness and nodal forces of isoparametric elements, by numerical integration.
 
 slopes (q, k, 3): derivatives of the k shape functions at q points by the element's own coordinates; weights
-(q,). Stiffnesses (6, 6) over 11, 22, 33, 12, 13, 23 with engineering shear strains.
+(q,). Stiffnesses (6, 6) are in order 11, 22, 33, 12, 13, 23 with engineering shear strains.
 """
 
 import numpy as np
@@ -11,9 +11,9 @@ from craftmesh.jit import kernel, lean_kernel
 
 @lean_kernel
 def gradients(points, nodes, slopes, inverse, out):
-    """Fill `out` (k, 3), the gradients of the shape functions at a point; return the Jacobian there.
+    """Fill `out` (k, 3) with the shape functions' gradients at a point; return its Jacobian determinant.
 
-    slopes (k, 3) at the point; inverse (3, 3) is room to work in.
+    slopes (k, 3): at the point; inverse (3, 3): scratch.
     """
     j = inverse
     j[:, :] = 0.0
@@ -43,7 +43,7 @@ def gradients(points, nodes, slopes, inverse, out):
 def add_stiffness(grads, stiffness, weight, product, out):
     """Add weight * B^T C B to the upper triangle of `out` (3k, 3k), block rows by node.
 
-    grads (k, 3) as `gradients` gives them; product (6, 3k) is room to work in.
+    grads (k, 3): from `gradients`; product (6, 3k): scratch.
     """
     width = 3 * len(grads)
     for b in range(len(grads)):
@@ -66,8 +66,8 @@ def add_stiffness(grads, stiffness, weight, product, out):
 def internal_forces(points, tets, part, stiffness, slopes, weights, displacement, free):
     """Return the forces (n, 3) that the nodes must exert on the elements for this displacement (n, 3).
 
-    part (m,): the row of each element in `stiffness` (g, 6, 6) and in `free` (g, 6), the strains that take
-    no force, with engineering shears.
+    part (m,): row of each element in `stiffness` (g, 6, 6) and in `free` (g, 6), the stress-free strains
+    with engineering shears.
     """
     forces = np.zeros((len(points), 3))
     grads, inverse = np.empty((tets.shape[1], 3)), np.empty((3, 3))
@@ -84,7 +84,7 @@ def internal_forces(points, tets, part, stiffness, slopes, weights, displacement
 
 @lean_kernel
 def _fill_strain(grads, nodes, displacement, out):
-    """Fill `out` (6,), the strain with engineering shears at the point of the gradients (k, 3)."""
+    """Fill `out` (6,) with the strain, with engineering shears, at the point of the gradients (k, 3)."""
     out[:] = 0.0
     for k in range(len(nodes)):
         u, v, w = displacement[nodes[k], 0], displacement[nodes[k], 1], displacement[nodes[k], 2]
