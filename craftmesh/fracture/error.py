@@ -1,4 +1,4 @@
-"""How far K may be off, from what one mesh shows of it, and words for nodes that deserve a second look."""
+"""Estimated errors of K from one mesh, and flags of nodes that deserve a second look."""
 
 from typing import NamedTuple
 
@@ -12,11 +12,11 @@ from craftmesh.mesh.front_curve import ways_along
 from craftmesh.mesh.front_frames import Front, edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
-# Errors over so much of the largest K of the front are flagged, some ten times those of exact cases, and so
-# are lips that overlap: K_I under 0 by more than that of |K|.
+# Error over the front's largest K above which a node is flagged, some ten times the errors of exact cases.
+# Lips overlap where K_I is below 0 by more than this fraction of |K|.
 LARGE = 0.05
-# That of a Poisson's ratio of 0.49, the most that the built-in solver takes; fields of materials with more
-# come from elements that do not lock.
+# Bulk over shear modulus at a Poisson's ratio of 0.49, the most that the built-in solver takes; with larger
+# ratios, fields come from elements that do not lock.
 LOCKING = 50.0
 
 
@@ -32,16 +32,16 @@ def flags_of(
     touch: np.ndarray,
     mixed: np.ndarray,
 ) -> np.ndarray:
-    """Return for each corner node of a front its words joined by +, empty where all is well.
+    """Return the flags (k,) of a front's corner nodes, words joined by +, empty where all is well.
 
-    end: of an open front. pierce: grains meet in the node. limit: the material changes here, and values
-    are the mean of both sides' limits. short: on a segment shorter than a test is wide. narrow: there is no
-    room for three edges of radius. error: that of K is over 5 % of the largest K of the front. closed: the
-    lips touch at the node, touch (k,), or K_I is negative and more than 5 % of |K|: they would overlap.
-    interface: elements of several materials (m,), numbers by element, lie round an edge of the front at the
-    node, as where the crack runs in a grain boundary; K is then that of the fields of one of them, not of a
-    crack between two crystals. mixed: the tube holds another stiffness or eigenstrain than the front has at
-    the node, mixed (k,), and J has no term for that.
+    end: of an open front. pierce: grains meet at the node. limit: the material changes here, and values are
+    the mean of the limits on both sides. short: the segment is shorter than the half width of a test.
+    narrow: there is no room for a radius of three edges. error: the error of K is over 5 % of the front's
+    largest K. closed: the lips touch at the node, touch (k,), or K_I is negative and more than 5 % of |K|:
+    lips would overlap. interface: elements of several materials (m,), numbers by element, surround an edge
+    of the front at the node, as where the crack runs along a grain boundary; K then belongs to the fields
+    of one material, not to a crack between two crystals. mixed: the tube has another stiffness or
+    eigenstrain than the front has at the node, mixed (k,), for which J has no term.
     """
     count = len(line.s)
     size = np.sqrt((k * k).sum(axis=1))
@@ -71,7 +71,7 @@ def flags_of(
 
 
 def _at_interface(mesh: TetMesh, front: Front, material: np.ndarray) -> np.ndarray:
-    """Return which corner nodes (k,) are ends of an edge of the front between several materials."""
+    """Return a mask (k,) of corner nodes at an edge of the front between several materials."""
     tails = front.corners if front.closed else front.corners[:-1]
     heads = np.roll(front.corners, -1)[: len(tails)]
     between = edges_between_materials(mesh, tails, heads, material)
@@ -79,18 +79,18 @@ def _at_interface(mesh: TetMesh, front: Front, material: np.ndarray) -> np.ndarr
 
 
 class Signs(NamedTuple):
-    """What K errs by at a front's nodes, each (k,) or a number, before its weight.
+    """Indicators of the error of K at a front's nodes, each (k,) or a number, before weighting.
 
-    mesh: 1, for elements are never even. energy: by how much the root of J differs from that of the
-    K's: elements too coarse or too stiff for the front's bend, its crystal, or Poisson's ratio. tube:
-    the spread: too little room round the front, or a field that changes within it. pieces: the change of K
-    with splines of pieces half as long: K that varies within them. crystal: the root of the universal index
-    of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 of isotropic materials: so much more the field
-    varies round the front within an element. volume: the bulk over the shear modulus, for elements of
-    displacements alone lock. change: half the jump of the lips' opening where the material changes, for
-    bodies that hold together have none. end: 1 at the end of an open front, where the stress has another
-    power. energy, tube, pieces and change are shares of the front's largest; over each of the front's edges
-    change halves, and end falls by the factor e.
+    mesh: 1, because elements are never regular. energy: difference between the roots of J and of the energy
+    release rate of the K: elements too coarse or too stiff for the front's bend, its crystal, or Poisson's
+    ratio. tube: the spread: too little room around the front, or a field that changes within it. pieces:
+    the change of K with spline pieces half as long: K varies within them. crystal: root of the universal
+    index of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 if isotropic: the field then varies more
+    around the front within an element. volume: the bulk over the shear modulus, because displacement
+    elements lock. change: half the jump of the lips' opening where the material changes, because bodies
+    that hold together have none. end: 1 at the end of an open front, where the stress has another power.
+    energy, tube, pieces and change are fractions of the front's largest value; with each edge along the
+    front, change halves and end falls by e.
     """
 
     mesh: np.ndarray | float
@@ -103,10 +103,10 @@ class Signs(NamedTuple):
     end: np.ndarray | float
 
 
-# Set on eight cases of benchmarks/fracture.py with five edges to the radius: the penny, that with a
-# Poisson's ratio of 0.49, the crystals and the lens against exact answers, lens, strip and polycrystal
-# against half the edges; the weight of a change on the polycrystals and bodies of two materials there.
-# docs/fracture.md has all cases.
+# Weights of the indicators, set on eight cases of benchmarks/fracture.py with five edges to the radius. The
+# penny, the penny with a Poisson's ratio of 0.49, the crystals and the lens are against exact answers, the
+# lens, the strip and the polycrystal against half the edges; `change` is set on the polycrystals and bodies
+# of two materials there. docs/fracture.md has all cases.
 WEIGHTS = Signs(
     mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.5, end=0.045
 )
@@ -123,12 +123,12 @@ def errors(
     one_sided: list[np.ndarray],
     mixed: np.ndarray,
 ) -> np.ndarray:
-    """Return the error (n,) of each of K_I, K_II and K_III (n, 3) of one front, in their unit.
+    """Return the error (n,) of each of K_I, K_II and K_III, k (n, 3) of one front, in their unit.
 
-    In 19 nodes of 20 all three are nearer to the exact ones. j, g (n,): J, and the energy release rate of
-    the K; spread (n,): see FrontParameters; by_pieces (n,): the largest change of a K with splines of
+    At 19 nodes of 20 all three are closer than this to the exact ones. j, g (n,): J, and the energy release
+    rate of the K; spread (n,): see FrontParameters; by_pieces (n,): the largest change of a K with spline
     pieces half as long; one_sided: K and the lips' opening (2, 6) at both ends of each segment; mixed (n,):
-    nodes whose tube holds another material than theirs, see `Tube.others`.
+    mask of nodes whose tube holds another material than theirs, see `Tube.others`.
     """
     largest = np.abs(k).max()
     if largest == 0:
@@ -150,11 +150,11 @@ def errors(
 
 
 def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -> np.ndarray:
-    """Return by how much the root of J differs from that of G, as a share of the front's largest (n,).
+    """Return the difference of the roots of J and G over the front's largest root of G (n,).
 
     has_j (n,): mask of nodes whose tube holds one material; J has no term for a change of material. even
     (n,): mask of nodes in isotropic grains; in crystals J varies with their axes more than its splines do.
-    Nodes outside either mask get the median of those with has_j; all get 0 where no node has J.
+    Nodes outside either mask get the median of the nodes with has_j; all get 0 if no node has J.
     """
     root = np.sqrt(np.maximum(g, 0))
     off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)
@@ -165,10 +165,10 @@ def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -
 def _changes(
     line: FrontLine, segments: Segments, one_sided: list[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return half the jump (c,) of the opening at each change of the material, and the way (c, n) to it.
+    """Return half the jump (c,) of the opening at each change of material, and the distances (c, n) to it.
 
-    The jump is in the unit of K: as a share of the opening, times the largest K there. K itself may jump as
-    the stiffness does. The way from the front's nodes is along it, in local sizes.
+    The jump over the opening, times the largest K there, is in the unit of K; K itself may jump with the
+    stiffness. Distances are along the front from its nodes, in local sizes.
     """
     changes = range(len(segments.start)) if segments.closed else range(1, len(segments.start))
     kept = [] if segments.is_ring else list(changes)

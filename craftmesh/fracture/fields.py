@@ -1,4 +1,4 @@
-"""The fields of a front's crystals at points round it, with their derivatives along the local axes."""
+"""Near-tip fields of a front's crystals at points around it, with derivatives along the local axes."""
 
 from typing import NamedTuple
 
@@ -9,17 +9,18 @@ from craftmesh.fracture.segments import Stations
 from craftmesh.mechanics.near_field import AXES_OF_FORCES, MODES
 from craftmesh.mesh.front_curve import MovingFrames
 
-# Powers of 1 / r of the gradients: three fields of unit K, two of unit forces.
+# Powers of 1 / r of the gradients: three fields of unit K, two fields of unit forces.
 POWERS = np.repeat([0.5, 1.0], [3, len(AXES_OF_FORCES)])[:, None]
-# The least stretch of the tube round a bent front, outside its centre of curvature.
+# Smallest stretch of the tube around a curved front; it would be 0 at the centre of curvature.
 LEAST_STRETCH = 0.05
 
 
 class PointFields(NamedTuple):
-    """Fields at points, in the local axes binormal, normal and tangent of each; m counts them.
+    """Fields at points (p,), in the local axes of each: binormal, normal and tangent; m counts the fields.
 
-    h (p, 3, m, 3): displacement gradients, components i, m, j; stress (p, m, 3, 3); dh (p, 3, 3, m, 3),
-    dstress (p, 3, m, 3, 3): their derivatives along the axes, with those of the axes.
+    h (p, 3, m, 3): derivative of displacement i along axis j in field m, at [i, m, j]; stress (p, m, 3, 3);
+    dh (p, 3, 3, m, 3), dstress (p, 3, m, 3, 3): their derivatives along each axis, which allow for its
+    turning.
     """
 
     h: np.ndarray
@@ -62,7 +63,7 @@ def fields_at(
 
 
 def stresses(stiffness: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the stresses (p, ..., 3, 3) of displacement gradients, by stiffness (p, 9, 9)."""
+    """Return the stresses (p, ..., 3, 3) of displacement gradients of that shape; stiffness (p, 9, 9)."""
     rows = gradient.reshape(len(gradient), -1, 9)
     return (rows @ stiffness).reshape(gradient.shape)
 
@@ -70,9 +71,10 @@ def stresses(stiffness: np.ndarray, gradient: np.ndarray) -> np.ndarray:
 def _interpolated(
     stations: Stations, segment: int, s: np.ndarray, theta: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the gradients' parts in theta and s with both derivatives (p, 3, m, 3), and stiffnesses.
+    """Return the parts of the gradients that depend on theta and s, and the stiffnesses (p, 9, 9).
 
-    Cubic in theta, linear in s; stiffness (p, 9, 9).
+    The parts (p, 3, m, 3) are values, derivatives by theta and derivatives by s; they are interpolated by
+    cubics in theta and linearly in s.
     """
     station, part, per_s = stations.places(segment, s)
     angles = stations.angles
@@ -81,7 +83,7 @@ def _interpolated(
     k = np.clip(place.astype(np.int64), 0, cells - 1)
     y = place - k
     w = 1 - y
-    # of the value and the slope before the place, and of those after it
+    # weights of the value and slope before the place, then of the value and slope after it
     weight = (1 + 2 * y) * w * w, y * w * w * cell, y * y * (3 - 2 * y), -y * y * w * cell
     rise = -6 * y * w / cell, w * (1 - 3 * y), 6 * y * w / cell, y * (3 * y - 2)
     here = 2 * (station * (cells + 1) + k)[:, None] + np.arange(4)

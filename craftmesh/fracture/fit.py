@@ -1,4 +1,4 @@
-"""From nodal forces to values along the front: hats as tests, least squares onto B-splines; strains."""
+"""From nodal forces to values along the front: hats as test functions, least squares onto B-splines."""
 
 from dataclasses import dataclass
 
@@ -11,29 +11,31 @@ from craftmesh.mesh.cubic_basis import CubicBasis, graded_basis
 from craftmesh.mesh.front_curve import sizes_at_bends, ways_along
 from craftmesh.mesh.front_frames import Front
 
-# Half width of a test in local sizes: hats of one edge see each irregularity of the mesh (errors of 3 % in
-# place of 0.7 %), wider ones are smoother than the splines need.
+# Half width of a test in local sizes: hats of one edge see each irregularity of the mesh (errors of 3 %
+# instead of 0.7 %), wider ones are smoother than the splines need.
 HALF_WIDTH = 2.0
-# q is constant up to this part of the radius, then falls to 0: at the least radius, 2.5 edges, beyond the
-# elements that touch the front. With 0.4 such a tube gave K that erred by 0.9 % on a lens crack (now 0.34,
-# as with four edges), in a polycrystal 1.7 % off that of a wide one (now 0.13); without, K_I errs by 0.7 %.
+# Fraction of the radius up to which q is constant; from there it falls to 0. At the least radius, 2.5
+# edges, it falls beyond the elements that touch the front. With 0.4 such a tube gave K that erred by 0.9 %
+# on a lens crack (now 0.34, as with four edges), in a polycrystal 1.7 % from a wide tube's K (now 0.13);
+# without the plateau, K_I errs by 0.7 %.
 PLATEAU = 0.6
-# Segments with fewer tests, or nodes of which displacements are known, get a straight line.
+# Fewest tests of a segment, or nodes with known displacements; with fewer it gets a straight line.
 LEAST_KNOWN = 6
 STRAIGHT, SMOOTH = 1e6, 1e-6
-# Pieces of the splines are no longer than so much of the front's bend radius: K varies as fast as it bends.
-# On the ellipse 25:6 splines of four edges through its exact K miss it by 0.7 % at the sharp ends.
+# Longest spline piece over the front's bend radius: K varies as fast as the front bends. On the ellipse
+# 25:6 splines of four edges through its exact K miss it by 0.7 % at the sharp ends.
 OF_BEND = 0.8
-# And longer by so much in crystals. What is fitted is the lips' opening, which does not vary as the
-# crystal's axes turn; errors of elements do, in waves of ten edges: with pieces of four edges K errs by
-# 2.0 % of a crystal of Zener 8, ten edges to the radius, by 0.6 % of copper; with six by 0.5 and 0.25 %.
+# Factor on the length of pieces in crystals. The lips' opening, which is fitted, does not vary as the
+# crystal's axes turn; errors of elements do, in waves of ten edges. With ten edges to the radius and pieces
+# of four edges, K errs by 2.0 % in a crystal of Zener 8 and by 0.6 % in copper; with pieces of six by 0.5
+# and 0.25 %.
 IN_CRYSTALS = 1.5
-# Gauss points on each edge of the front, exact for a quadratic times a cubic.
+# Gauss points on each edge of the front: exact for a quadratic times a cubic.
 _GAUSS, _WEIGHT = (a / 2 for a in np.polynomial.legendre.leggauss(4))
-# Pieces of the splines through the front's displacements, in local sizes.
+# Length of the pieces of splines through the front's displacements, in local sizes.
 PIECES = 3.0
-# Strains 11, 33 and 13 among 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent: the others
-# follow from lips that are free of traction.
+# Rows of the strains 11, 33 and 13 among 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent. The
+# other three follow from lips that are free of traction.
 _IN_LIPS = np.array([0, 2, 4])
 # Places of 11, 22, 33, 12, 13, 23 among the nine components of a tensor, row by row.
 _OF_NINE = np.array([0, 4, 8, 1, 2, 5])
@@ -41,9 +43,9 @@ _OF_NINE = np.array([0, 4, 8, 1, 2, 5])
 
 @dataclass(frozen=True, eq=False)
 class FrontLine:
-    """The nodes of a front along its arc length: s and sizes (k,) of its corners, its total length.
+    """A front's corner nodes along its arc length: s and local sizes (k,); total: the front's length.
 
-    bend (k,): the front's bend radius there.
+    bend (k,): the front's bend radius at the nodes.
     """
 
     s: np.ndarray
@@ -53,13 +55,13 @@ class FrontLine:
     closed: bool
 
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the s (e,) at which the edges begin and end."""
+        """Return the arc lengths (e,) at which the edges begin, and those at which they end."""
         if self.closed:
             return self.s, np.append(self.s[1:], self.total)
         return self.s[:-1], self.s[1:]
 
     def along(self, values: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Return values (k,) of the nodes between them, at s (m,)."""
+        """Return values (k,) of the nodes, interpolated linearly at s (m,)."""
         return np.interp(s, self.s, values, period=self.total if self.closed else None)
 
     def near(self, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -70,12 +72,12 @@ class FrontLine:
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """Hats over a segment, as offsets from its start: centres and half widths before and behind (k,)."""
+    """Hats on a segment, as offsets from its start: centres (k,), half widths before and behind (k,)."""
 
     centres: np.ndarray
     before: np.ndarray
     behind: np.ndarray
-    period: float  # 0 on a segment with ends
+    period: float  # length of a ring, 0 on a segment with ends
 
     def values(self, offset: np.ndarray) -> csr_array:
         """Return the hats' values (k, n) at offsets (n,)."""
@@ -99,7 +101,7 @@ class Tests:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Values along one segment: a spline over offsets from its start, a constant without a basis."""
+    """Values along one segment: a spline over offsets from its start, or a constant if basis is None."""
 
     basis: CubicBasis | None
     coefficients: np.ndarray
@@ -118,14 +120,15 @@ class Fitted:
 
 
 def falloff(distance: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return q's part across the front at nodes (n,): 1 up to PLATEAU of the radius (n,), 0 from it on."""
+    """Return q's factor across the front at nodes (n,): 1 up to PLATEAU of the radius (n,), 0 beyond it."""
     return np.clip((1 - distance / radius) / (1 - PLATEAU), 0, 1)
 
 
 def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
-    """Return a hat at each corner node within a segment; they vanish where the material changes.
+    """Return a hat at each corner node of a segment; hats vanish where the material changes.
 
-    At the front's own ends hats are whole. A segment without a corner inside gets one over its length.
+    At the ends of an open front hats are not cut. A segment without a corner inside gets one hat over its
+    length.
     """
     length, ring = segments.length[segment], segments.is_ring
     rows, offset = segments.within(segment, line.s)
@@ -149,10 +152,10 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
 def fit_segment(
     line: FrontLine, segments: Segments, segment: int, s: np.ndarray, weights: np.ndarray, knots: float
 ) -> Fitted:
-    """Return what makes the tests' integrals along the front those of the forces.
+    """Return values along a segment whose integrals with the tests equal those of the forces.
 
-    s (n,), weights (n, c): the nodes of the segment, and their forces times q but for its part along the
-    front. knots: pieces of the spline in local sizes.
+    s (n,), weights (n, c): the segment's nodes, and their forces times q's factor across the front. knots:
+    length of the spline pieces in local sizes.
     """
     tests = tests_on(line, segments, segment)
     integrals = tests.values(segments.offset(segment, s)) @ weights
@@ -167,7 +170,7 @@ def fit_segment(
 
 
 def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: float) -> CubicBasis:
-    """Return the B-splines of a segment over offsets from its start."""
+    """Return the B-splines of a segment over offsets from its start; knots: as in `fit_segment`."""
     knots *= 1.0 if is_isotropic(segments.stiffness[segment]) else IN_CRYSTALS
     sizes = sizes_at_bends(line.sizes, line.bend, OF_BEND / knots)
     if segments.is_ring:
@@ -183,9 +186,10 @@ def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: floa
 def _gauss_on_edges(
     line: FrontLine, segments: Segments, segment: int, tests: Tests
 ) -> tuple[np.ndarray, csr_array]:
-    """Return offsets (g,) of Gauss points on the segment's edges, and the tests' weights (k, g) there.
+    """Return offsets (g,) of Gauss points on the segment's edges, and weighted test values (k, g) there.
 
-    On each edge a test is the quadratic through its values at ends and middle, as q is in the mesh.
+    On each edge a test is the quadratic through its values at both ends and the middle, as q is in the
+    mesh.
     """
     begin, end = (edge[segments.of_edge == segment] for edge in line.edges())
     length = end - begin
@@ -204,9 +208,9 @@ def _gauss_on_edges(
 def displacements_along_front(
     tube: Tube, front: Front, line: FrontLine, segments: Segments
 ) -> list[Fitted]:
-    """Return the displacement (3) along each segment less that of its eigenstrain, from its nodes.
+    """Return the displacement (3) along each segment, less that of its eigenstrain, fitted to its nodes.
 
-    They are those of the tube, whose mean turn is taken out: fields of unit forces tell the strain without.
+    The mean rotation of the tube is taken out: the fields of unit forces give the strain without it.
     """
     begin, end = line.edges()
     s = np.concatenate([line.s, 0.5 * (begin + end)])
@@ -226,9 +230,9 @@ def displacements_along_front(
 def stress_along_binormal(stiffness: np.ndarray, ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return T (k,): the stress 11 of the part of the field that stays finite at the front.
 
-    stiffness (k, 9, 9) in the local axes; ahead (k, 2): derivatives by the binormal of the displacements
-    along binormal and tangent; along (k, 2): those by the tangent of the displacements along tangent and
-    binormal. The lips are free of traction, so stresses 22, 12 and 23 vanish.
+    stiffness (k, 9, 9): in local axes; ahead (k, 2): derivatives along the binormal of the displacements
+    along binormal and tangent; along (k, 2): derivatives along the tangent of the displacements along
+    tangent and binormal. The lips are free of traction, so stresses 22, 12 and 23 vanish.
     """
     strain = np.column_stack([ahead[:, 0], along[:, 0], ahead[:, 1] + along[:, 1]])
     compliance = np.linalg.inv(stiffness[:, _OF_NINE[:, None], _OF_NINE])[:, _IN_LIPS[:, None], _IN_LIPS]

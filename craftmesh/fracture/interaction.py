@@ -1,4 +1,4 @@
-"""Interaction integrals: what each node of the tube round a front adds to those of the K, of T and of J."""
+"""Interaction integrals: contributions of the nodes of a front's tube to the integrals of K, T and J."""
 
 from typing import NamedTuple
 
@@ -21,17 +21,17 @@ from craftmesh.mesh.integration import (
 )
 from craftmesh.mesh.tet_connectivity import face_nodes
 
-# The last row is that of J.
+# Number of integrals; the last one is J's.
 ROWS = MODES + 1
-# Elements whose points are worked on at once: arrays of 4 MB.
+# Number of elements that are worked on at once: arrays of 4 MB.
 AT_ONCE = 200
 
 
 class Points(NamedTuple):
-    """Points of integration (p,), each in an element.
+    """Integration points (p,), each in an element.
 
     value (p, 10), slope (p, 10, 3): shape functions and their derivatives in space; place (p, 3); cofactors
-    (p, 3, 3): of the Jacobian, whose determinant (p,) is; guess (p,): of the s of the nearest point on the
+    (p, 3, 3) and determinant (p,): of the Jacobian; guess (p,): estimated s of the nearest point on the
     front.
     """
 
@@ -45,11 +45,11 @@ class Points(NamedTuple):
 
 
 class Local(NamedTuple):
-    """What points (p,) have in their local axes (p, 3, 3).
+    """Quantities at points (p,), in the local axes (p, 3, 3) of each.
 
     across (p, 10, 3): the nodes' binormals; gradient (p, 3, 3): the element's displacement gradient less
-    the eigenstrain of the grain at the front; own (p, 3, 3): its stress; energy (p,): its elastic energy; h
-    and others: see `PointFields`.
+    the eigenstrain of the grain at the front; own (p, 3, 3): its stress; energy (p,): its elastic energy
+    density; h and the rest: see `PointFields`.
     """
 
     axes: np.ndarray
@@ -64,7 +64,7 @@ class Local(NamedTuple):
 
 
 def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np.ndarray:
-    """Return the nodes' parts (n, ROWS) of the integrals, for a q of 1 at the node along its binormal."""
+    """Return each node's contributions (n, ROWS) to the integrals, for q of 1 there along its binormal."""
     weights = np.zeros((len(tube.nodes), ROWS))
     for segment in range(len(stations.start)):
         own = tube.segment[tube.tets] == segment
@@ -81,7 +81,7 @@ def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np
 def _points(
     tube: Tube, curve: FrontCurve, element: np.ndarray, value: np.ndarray, slope: np.ndarray
 ) -> Points:
-    """Return points in elements (p,); value (p, 10), slope (p, 10, 3): of the rule."""
+    """Return points in elements (p,); value (p, 10), slope (p, 10, 3): of the integration rule there."""
     nodes = tube.tets[element]
     jacobian = jacobians(tube.points, nodes, slope[:, None])[:, 0]
     cofactors = np.stack([np.cross(jacobian[:, i - 2], jacobian[:, i - 1]) for i in range(3)], axis=1)
@@ -97,7 +97,7 @@ def _points(
 def _local(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, points: Points, side: np.ndarray
 ) -> Local:
-    """Return what is integrated; side (p,): see `fields_at`."""
+    """Return the quantities of the integrands at points; side (p,): see `fields_at`."""
     s = curve.nearest(points.place, points.guess)
     frames = curve.moving_frames(s)
     fields = fields_at(stations, segment, s, frames, points.place, side)
@@ -114,12 +114,12 @@ def _local(
 def _of_elements(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, elements: np.ndarray
 ) -> np.ndarray:
-    """Return the parts (e, 10, ROWS) of the elements' nodes: the integral of P grad N + B N for each.
+    """Return the contributions (e, 10, ROWS) of the elements' nodes: the integral of P grad N + B N.
 
-    P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad s' : e, with h, s' the
-    fields of a crystal and s, e those of the element, so that no derivative of the material is asked for.
-    u is less the uniform eigenstrain of the grain at the front, so that s is C e there as without one. Of
-    J, P is the tensor of energy and momentum.
+    P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad s' : e, where h, s' are the
+    gradient and stress of a crystal's field and s, e the stress and strain of the element; no derivative of
+    the material is needed. u is less the uniform eigenstrain of the grain at the front, so that s is C e
+    there. For J, P is the energy-momentum tensor.
     """
     (share, weights), count = tet_rule(FULL_RULE), len(elements)
     element = np.repeat(elements, len(weights))
@@ -146,7 +146,7 @@ def _of_elements(
 
 
 def _energies(at: Local) -> np.ndarray:
-    """Return s' : e of each field, and the elastic energy (p, ROWS)."""
+    """Return s' : e of each field and, in the last column, the elastic energy: (p, ROWS)."""
     shared = at.stress.reshape(-1, MODES, 9) @ at.gradient.reshape(-1, 9, 1)
     return np.column_stack([shared[:, :, 0], at.energy])
 
@@ -154,12 +154,12 @@ def _energies(at: Local) -> np.ndarray:
 def _of_faces(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, faces: np.ndarray
 ) -> np.ndarray:
-    """Return the parts (f, 10, ROWS) of the nodes of elements at outer faces that q may move.
+    """Return the contributions (f, 10, ROWS) of the nodes of elements at outer faces that q may move.
 
     They are the integral of N ((s' : e) m - (s' m) . grad u - t . h), m the normal and t the traction: the
-    given one, or on loaded faces the element's own, s m; for J the elastic energy times m, less t . grad u.
-    Lips are not straight, which is left out where corners are on the front; on others q has a part along
-    their normal.
+    given one, or on loaded faces the element's own, s m. For J they are the elastic energy times m, less t
+    . grad u. Terms with m count where lips are curved or q has a part along m; lip faces at the front lack
+    them.
     """
     rules, count = face_rules(), len(faces)
     row, share = np.repeat(faces, len(rules.weight)), np.tile(rules.share, (count, 1))
@@ -197,10 +197,11 @@ def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def _changes(
     tube: Tube, row: np.ndarray, start: np.ndarray, end: np.ndarray, traction: np.ndarray
 ) -> np.ndarray:
-    """Return changes (p, 3) of tractions (p, 3) at points of faces, row (p,), that go from start to end.
+    """Return changes (p, 3) of tractions (p, 3) at points that move from start to end (p, 3).
 
-    start, end (p, 3): places. A linear function is fitted to each face's tractions. With five edges to the
-    radius the front's chords lie so far off that K under a traction with r to the fourth was 0.6 % less.
+    row (p,): face of each point. A linear function is fitted to each face's tractions. With five edges to
+    the radius the front's chords lie so far off that K under a traction with r to the fourth was 0.6 %
+    less.
     """
     count = (len(row) // tube.traction.shape[1], tube.traction.shape[1])
     corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row[:: count[1]]])]
@@ -211,11 +212,11 @@ def _changes(
 def _begun_at_curve(
     tube: Tube, curve: FrontCurve, points: Points, share: np.ndarray, row: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (p, 3) on lips as if these began at the front's curve, and how they stretch (p,).
+    """Return places (p, 3) on lips as if these began at the front's curve, and their stretch (p,).
 
     Near the front the fields grow with 1 / root(r): on its chords 6 % of a pressure's K are missing with
-    ten edges to the radius. A place lies between one on the chord and one on the other side of the facet,
-    row (p,) of the tube's faces, at shares of its corners (p, 3).
+    ten edges to the radius. A place lies between a point on the chord and a point on the other side of the
+    facet, row (p,) of the tube's faces; share (p, 3): its barycentric coordinates.
     """
     corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row])].swapaxes(1, 2)
     at_front = tube.at_front[row]

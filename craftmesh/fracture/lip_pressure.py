@@ -1,4 +1,4 @@
-"""Tractions on the lips: given ones, and what lips that touch press on each other with, by nodal forces."""
+"""Tractions on the lips: given ones, and contact tractions from the nodal forces between touching lips."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from craftmesh.types import TetMesh
 class FaceTractions:
     """Tractions (f, q, 3) at the points of `face_points` on faces (f, 2) of a mesh.
 
-    Those of a face that is there several times add up.
+    Tractions of a face that occurs several times are added.
     """
 
     faces: np.ndarray
     traction: np.ndarray
 
     def on(self, faces: np.ndarray) -> np.ndarray:
-        """Return the tractions (k, q, 3) of faces (k, 2), 0 on those without."""
+        """Return the tractions (k, q, 3) of faces (k, 2), 0 on faces that have none."""
         key, own = (rows @ np.array([4, 1]) for rows in (faces, self.faces))
         order = np.argsort(key)
         first = np.searchsorted(key, own, sorter=order)
@@ -38,7 +38,7 @@ class FaceTractions:
         return found
 
     def at(self, mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
-        """Return at which nodes (k,) of the mesh there is a traction."""
+        """Return a mask (k,) of nodes that are corners of faces with a traction."""
         bear = face_nodes(mesh.tets[:, :4], self.faces)[self.traction.any(axis=(1, 2))]
         return np.isin(nodes, bear)
 
@@ -47,7 +47,7 @@ NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, len(triang
 
 
 def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray | None) -> FaceTractions:
-    """Return all tractions on the lips of a 10-node mesh: given ones, and those of `contact_tractions`."""
+    """Return all tractions on the lips of a 10-node mesh: given ones, and by contact forces (n, 3)."""
     parts = [contact_tractions(mesh, contact)]
     for part in given:
         area = face_points(mesh.points[face_nodes(mesh.tets, part.faces)]).area
@@ -60,7 +60,7 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
     """Return the tractions of contact on both lips of a 10-node mesh.
 
     contact (n, 3): forces by which the nodes of the lips push apart, as in `Solution`. The pressure is
-    linear on each facet and continuous; its work with the shape functions is next to that of the forces.
+    linear on each facet and continuous; its work with the shape functions fits that of the forces.
     """
     if contact is None or not contact.any():
         return NO_TRACTIONS
@@ -80,7 +80,7 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
 
 
 def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
-    """Return at which nodes (n,) no facet of the lips is open, by contact as above; at none without it."""
+    """Return a mask (n,) by `contact` (n, 3), False at nodes of open facets; all False if it is None."""
     touch = np.full(len(mesh.points), contact is not None)
     if contact is None:
         return touch
@@ -92,9 +92,9 @@ def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
 
 
 def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
-    """Return the pressures (f, 3) at the corners of facets; at the nodes they push by `push` (p,)."""
+    """Return pressures (f, 3) at the corners of facets whose forces at the nodes fit `push` (p,)."""
     corners = face_nodes(mesh.tets[:, :4], pairs.faces[0])
-    # a corner is a pair, or a node of the front: where cracks cross a node lies on several lips
+    # an unknown per pair of nodes, or per node of the front: where cracks cross a node lies on several lips
     key = np.where(pairs.facets[:, :3] < 0, len(push) + corners, pairs.facets[:, :3])
     known_keys, unknown = np.unique(key, return_inverse=True)
     unknown = unknown.reshape(corners.shape)
@@ -107,17 +107,18 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     bends = _bends(mesh.points[corners], unknown, len(known_keys))
     weighed = diags_array(1 / area) @ work
     # near the front forces err by 2 % where lips slide: of pressed pennies with five edges to the radius
-    # K_I errs by 1.9 % of K_II at most without the bends, 0.9 with them, 0.6 with nine times their weight,
-    # but K_I of a bent body that closes one half of its crack is then 2 % of the other's off in the mean
+    # K_I errs by at most 1.9 % of K_II without the bends, 0.9 with them, 0.6 with nine times their weight;
+    # but then K_I of a bent body that closes one half of its crack errs by 2 % of the other half's in the
+    # mean
     normal = weighed.T @ work + bends.T @ bends
     return scipy.sparse.linalg.spsolve(normal.tocsc(), weighed.T @ push)[unknown]
 
 
 def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
-    """Return the matrix (e, count) from values at corners to how their slopes turn at edges between facets.
+    """Return the matrix (e, count) from values at corners to the changes of slope at facets' edges.
 
     points (f, 3, 3); corner (f, 3): the number of each. A row is the change of the slope across an edge
-    times the edge's length and the root of the area beside it.
+    times the edge's length and the root of the adjacent area.
     """
     groups = group_edges(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2))
     facet, edge = np.divmod(groups.pairs, 3)
@@ -135,7 +136,7 @@ def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
 
 
 def _works(mesh: TetMesh, pairs: LipPairs) -> np.ndarray:
-    """Return the integrals (f, 6, 3) of shape functions times linear functions over facets of lip A."""
+    """Return the integrals (f, 6, 3) over facets of lip A of shape functions times linear functions."""
     nodes = mesh.points[face_nodes(mesh.tets, pairs.faces[0])]
     at = face_points(nodes)
     shares = corner_shares(nodes[:, :3], at.place)

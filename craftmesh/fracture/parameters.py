@@ -1,4 +1,4 @@
-"""J, K_I, K_II, K_III and T at every node of a crack's front, from displacements alone."""
+"""J, K_I, K_II, K_III and T at every node of a crack's front, from displacements only."""
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -31,9 +31,9 @@ from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of, grain_of_edges
 from craftmesh.types import Solution, TetMesh
 
-# The second, smaller tube, whose K tells how far the first one's may be trusted.
+# Radius of a second, smaller tube over the first's; its K tells how far the first's may be trusted.
 SMALLER = 0.75
-# Places of K_I, K_II, K_III among the local axes binormal, normal, tangent.
+# Columns of K_I, K_II, K_III among the local axes binormal, normal, tangent.
 _IN_ORDER = [1, 0, 2]
 
 
@@ -67,7 +67,7 @@ def stress_intensities(
 
 
 def _loaded_planes(load: Load | None) -> set[str]:
-    """Return the names of the planes that a load holds, moves or pulls; the load of lips is known."""
+    """Return the names of the planes that a load holds, moves or pulls; lips are left out."""
     if load is None:
         return set()
     names = {part.name for part in (*load.held, *load.moved)} | {part.name for part in load.pulled}
@@ -87,12 +87,12 @@ def fracture_parameters(
 ) -> tuple[FrontParameters, dict]:
     """Return the parameters along all fronts of a solved 10-node mesh, and a report.
 
-    displacement (n, 3) of all nodes; stiffness (g, 6, 6) of grains (g,), ascending ids, over 11, 22, 33,
-    12, 13, 23 in the sample's axes. Units are those of stiffness and mesh: K in stress times root of
-    length. loaded: face sets (XMIN, ...) that are not free of traction, where a front may end.
-    contact (n, 3): forces by which lips that touch push each other apart, none where they do not.
-    lips: what else acts on the lips; eigenstrain (g, 3, 3): of the grains in the sample's axes.
-    Raises CraftmeshError for 4-node meshes, displacements that do not fit, and meshes without a front.
+    displacement (n, 3) of all nodes; stiffness (g, 6, 6) of grains (g,), ascending ids, in order 11, 22,
+    33, 12, 13, 23 of sample axes. Units are those of stiffness and mesh: K in stress times root of length.
+    loaded: face sets (XMIN, ...) with unknown tractions, where a front may end. contact (n, 3): forces by
+    which touching lips push each other apart, None if no lips touch. lips: other tractions on the lips;
+    eigenstrain (g, 3, 3): of the grains in sample axes. Raises CraftmeshError for 4-node meshes,
+    displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:
         raise CraftmeshError(
@@ -101,7 +101,7 @@ def fracture_parameters(
     if displacement.shape != mesh.points.shape or not np.isfinite(displacement).all():
         raise CraftmeshError(
             f"fracture: displacements are {displacement.shape} or not finite; expected a row for each of "
-            f"{len(mesh.points)} nodes: take the element and quarter_points with which it was solved"
+            f"{len(mesh.points)} nodes: use the element and quarter_points with which it was solved"
         )
     fronts = fronts_of(mesh)
     if not fronts:
@@ -187,7 +187,7 @@ def _along(
     radius: np.ndarray,
     knots: float,
 ) -> list[Fitted]:
-    """Return the values along each segment from a tube of radius (k,) at the front's nodes."""
+    """Return the fitted values of each segment, with tube radius (k,) at the front's nodes."""
     weights = weights * falloff(tube.distance, line.along(radius, tube.s))[:, None]
     found = []
     for segment in range(len(segments.start)):
@@ -223,7 +223,7 @@ def _values(
 ) -> np.ndarray:
     """Return K_I, K_II, K_III, T, J, G and the lips' opening (k, 9) at offsets (k,) in a segment.
 
-    moved: displacements; the opening is L^-1 K over binormal, normal and tangent.
+    fit: integrals; moved: displacements; the opening is L^-1 K along binormal, normal and tangent.
     """
     s = stations.start[segment] + offset
     opening, stiffness = stations.at(segment, s)
@@ -240,7 +240,7 @@ def _values(
 def _report(
     parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list, mixed: np.ndarray
 ) -> dict:
-    """Return the report of a front; its ratio of J to G leaves out nodes that are mixed, (n,) bool."""
+    """Return the report of a front; mixed (n,): mask of nodes left out of its ratio of J to G."""
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
     words = Counter(word for flags in parameters.flags.tolist() for word in flags.split("+") if word)
     j, g = parameters.J[~mixed], parameters.G[~mixed]

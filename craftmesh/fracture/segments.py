@@ -1,4 +1,4 @@
-"""Segments of a front in one crystal each, and the fields of their crystals along it."""
+"""Segments of a front, each in one crystal, and the fields of their crystals along it."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from craftmesh.mechanics.near_field import MODES, as_tensor, near_field
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.surface.rounding import EXACT, ROUNDING
 
-# The axes turn by so much, in radians, from one station to the next; in copper fields between them, which
-# are interpolated, err by 0.02 %.
+# Angle in radians by which the axes turn between stations; fields interpolated between them err by 0.02 %
+# in copper.
 TURN = 0.02
-SAMPLES = 16  # points in each piece of the curve, where its axes and nearest points are sought
+SAMPLES = 16  # samples in each piece of the curve, for its axes and nearest points
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +20,8 @@ class Segments:
     """A front cut where its material changes.
 
     start, length (k,): in arc length; a closed front in one material is one segment of its whole length.
-    stiffness (k, 6, 6) and eigenstrain (k, 3, 3) in the sample's axes. closed: of the front; of_edge (e,):
-    the segment of each edge.
+    stiffness (k, 6, 6) and eigenstrain (k, 3, 3): in sample axes. of_edge (e,): the segment of each edge;
+    closed, total: of the front, total its length.
     """
 
     start: np.ndarray
@@ -33,7 +33,7 @@ class Segments:
     total: float
 
     def at(self, s: np.ndarray) -> np.ndarray:
-        """Return the segment (k,) at s (k,)."""
+        """Return the segment (k,) that holds arc length s (k,)."""
         place = np.searchsorted(self.start, s, side="right") - 1
         return np.where(place < 0, len(self.start) - 1 if self.closed else 0, place)
 
@@ -43,7 +43,7 @@ class Segments:
         return self.closed and len(self.start) == 1
 
     def offset(self, segment: int, s: np.ndarray) -> np.ndarray:
-        """Return how far s (k,) is past the segment's start, on a closed front the nearer way round."""
+        """Return the offset (k,) of s (k,) from the segment's start, the shorter way around if closed."""
         offset = s - self.start[segment]
         if not self.closed:
             return offset
@@ -51,7 +51,7 @@ class Segments:
         return np.mod(offset + rest, self.total) - rest
 
     def within(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of s (k,) in a segment, ends included, and how far past its start, ascending."""
+        """Return the rows of s (k,) in a segment, ends included, and their offsets in it, ascending."""
         length, rounding = self.length[segment], ROUNDING * self.total
         offset = s - self.start[segment]
         if self.closed:
@@ -66,7 +66,7 @@ class Segments:
 def segments_of(
     s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray, eigenstrain: np.ndarray
 ) -> Segments:
-    """Return the segments of a front with nodes at s (k,).
+    """Return the segments of a front with corner nodes at s (k,).
 
     stiffness (e, 6, 6) and eigenstrain (e, 3, 3): along its edges.
     """
@@ -85,18 +85,18 @@ def segments_of(
 
 
 def material_numbers(constants: np.ndarray) -> np.ndarray:
-    """Return a number (k,) for the constants (k, ...) of each material, the same for equal ones."""
+    """Return a number (k,) for each row of constants (k, ...), the same for equal rows."""
     return np.unique(constants.reshape(len(constants), -1), axis=0, return_inverse=True)[1].ravel()
 
 
 @dataclass(frozen=True, eq=False)
 class Stations:
-    """Fields at stations along a front's segments: those of segment k are first[k] .. first[k + 1] - 1.
+    """Fields at stations along a front's segments; segment k has stations first[k] to first[k + 1] - 1.
 
-    start, step (k,): s of its first station, and from one to the next. gradients (n * a * 2, 3 * m * 3), in
-    the local axes, components i, m, j: at each station and angle (a,) of `near_field` the value and its
-    slope by the angle. opening (n, 3, 3): L^-1; stiffness (n, 9, 9); length of the front, 0 where it is
-    open.
+    start, step (k,): s of a segment's first station, and the distance between its stations. gradients (n *
+    a * 2, 3 * m * 3), in local axes, components i, m, j: at each station and angle (a,) of `near_field` the
+    value and its slope by the angle. opening (n, 3, 3): L^-1; stiffness (n, 9, 9); length: of the front, 0
+    if it is open.
     """
 
     first: np.ndarray
@@ -109,11 +109,11 @@ class Stations:
     length: float
 
     def places(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the station (k,) at or before s (k,), the part of the way to the next, and its slope."""
+        """Return the station (k,) at or before s (k,), the fraction to the next, and its slope in s."""
         first, last = self.first[segment], self.first[segment + 1] - 1
         reach = self.step[segment] * (last - first)
         offset = s - self.start[segment]
-        if self.length:  # a closed front: from half the rest before the segment to half of it behind
+        if self.length:  # closed front: offsets reach from half the rest before the segment to half after
             rest = 0.5 * (self.length - reach)
             offset = np.mod(offset + rest, self.length) - rest
         place = offset.clip(0, reach) / self.step[segment]
@@ -122,7 +122,7 @@ class Stations:
         return first + station, place - station, np.where(inside, 1 / self.step[segment], 0.0)
 
     def at(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return L^-1 (k, 3, 3) and the stiffness (k, 9, 9), local axes, at s (k,) in a segment."""
+        """Return L^-1 (k, 3, 3) and the stiffness (k, 9, 9) in local axes at s (k,) in a segment."""
         station, part, _ = self.places(segment, s)
         part = part[:, None, None]
         tables = self.opening, self.stiffness
@@ -130,7 +130,7 @@ class Stations:
 
 
 def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
-    """Return the fields of the crystals of all segments, dense enough for their turns."""
+    """Return the fields of the segments' crystals at stations, dense enough for the turning of the axes."""
     local, counts = [], []
     for start, length, stiffness in zip(segments.start, segments.length, segments.stiffness):
         count = _station_count(curve, start, length, stiffness)
@@ -154,7 +154,7 @@ def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
 
 
 def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np.ndarray) -> int:
-    """Return the number of stations, at least two; isotropic materials need no more."""
+    """Return the number of stations, at least two; isotropic materials need only two."""
     if is_isotropic(stiffness):
         return 2
     pieces = max(curve.pieces * length / curve.length, 1)
@@ -164,5 +164,5 @@ def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np
 
 
 def is_isotropic(stiffness: np.ndarray) -> bool:
-    """Return whether a stiffness (6, 6) is the same in all axes, to some 1e-6: the index is its square."""
+    """Return whether a stiffness (6, 6) is isotropic, to about 1e-6: the index is the square of that."""
     return bool(mean_moduli(stiffness[None]).anisotropy[0] < EXACT)

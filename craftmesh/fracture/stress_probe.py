@@ -1,4 +1,4 @@
-"""The tangential stress probed on arcs round a front: the direction in which it is largest."""
+"""The tangential stress on arcs around a front, and the direction in which it is largest."""
 
 import numpy as np
 import scipy
@@ -10,21 +10,21 @@ from craftmesh.mesh.front_curve import NEWTON_STEPS
 from craftmesh.mesh.front_frames import Front
 from craftmesh.mesh.integration import jacobians, shape_slopes, shape_values
 
-# Degrees: the arc ends well before the lips; the step of the probes, that in which the largest is sought.
+# Degrees: half width of the arc, which ends well before the lips; step of the probes; step of the search.
 WIDEST, STEP, FINE = 110.0, 5.0, 0.1
-# Elements that are tried for each place, by the distance of their centres.
+# Number of elements tried for each place, by the distance of their centres.
 TRIED = 32
-# In barycentric coordinates: an element holds a place that is no further out of it, and one that is
-# further out of all elements lies outside the body.
+# Barycentric distances: an element holds a place at most INSIDE outside it; a place over OUTSIDE outside
+# all elements lies outside the body.
 INSIDE, OUTSIDE = 1e-6, 0.05
 
 
 def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angle (k,) in degrees of the largest tangential stress at s (k,), and that stress.
+    """Return the angle (k,) in degrees of the largest tangential stress at s (k,), and that stress (k,).
 
-    radius (k,): of the arcs, which lie square to the front; angles are from the binormal, positive towards
-    the normal. NaN where all of an arc lies outside the body.
-    Source: the maximum of the tangential stress, F. Erdogan, G. C. Sih, J. Basic Eng. 85 (1963).
+    radius (k,): of the arcs, which lie perpendicular to the front; angles are from the binormal, positive
+    towards the normal. NaN where too few probes of an arc lie inside the body. Source: the maximum of the
+    tangential stress, F. Erdogan, G. C. Sih, J. Basic Eng. 85 (1963).
     """
     angles = np.radians(np.arange(-WIDEST, WIDEST + STEP / 2, STEP))
     points, _, normal, binormal = front.curve.frames(s)
@@ -41,7 +41,8 @@ def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple
 def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the stresses (k, 3, 3) at places (k, 3), and how far each lies outside its element (k,).
 
-    That is the first of those with the nearest centres that holds the place, or the one that misses least.
+    The element is the first by distance of centres that holds the place, or the one that misses it least.
+    The distance is in barycentric coordinates.
     """
     centres = tube.points[tube.tets[:, :4]].mean(axis=1)
     tried = scipy.spatial.KDTree(centres).query(places, k=range(1, min(TRIED, len(centres)) + 1))[1]
@@ -63,7 +64,7 @@ def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return the barycentric coordinates (k, 4) of places (k, 3) in elements with nodes at (k, 10, 3).
 
-    By Newton's method, whose steps are at most half an element long.
+    Newton's method, with steps of at most half an element.
     """
     share = np.full((len(places), 4), 0.25)
     for _ in range(NEWTON_STEPS):
@@ -77,9 +78,9 @@ def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _largest(angles: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angle in degrees and value of the largest of pull (k, a), smoothed over angles (a,).
+    """Return the angle in degrees and the value of the largest pull (k, a), smoothed over angles (a,).
 
-    Elements' stresses jump; the terms are those of the first three powers of r in Williams' series.
+    Stresses jump between elements; the smooth terms are the first three powers of r in Williams' series.
     """
     fine = np.radians(np.arange(-WIDEST, WIDEST + FINE / 2, FINE))
     angle, value = np.full(len(pull), np.nan), np.full(len(pull), np.nan)

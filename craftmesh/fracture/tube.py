@@ -1,4 +1,4 @@
-"""The tube round a front: how wide it may be, its elements and free faces."""
+"""The tube around a front, its integration domain: its radius, elements and free faces."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -17,20 +17,21 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
 
-# The tube ends before the front's centre of curvature.
+# Largest radius over the front's bend radius: the tube ends before the centre of curvature.
 OF_CURVATURE = 0.8
-# Parts of one front are strangers where the way along it is so many times the distance: half round a circle
-# it is 1.6 times.
+# Ratio of the length along a front to the distance above which two of its parts are strangers; half around
+# a circle it is 1.6.
 STRANGERS = 2.5
 
 
 def radii(
     fronts: list[np.ndarray], number: int, closed: bool, curve: FrontCurve, sizes: np.ndarray, radius: float
 ) -> np.ndarray:
-    """Return the tube's radius (k,) at the nodes of front `number` among fronts of points (k, 3) each.
+    """Return the tube's radius (k,) at the nodes of front `number`; fronts: points (k, 3) of each front.
 
-    sizes (k,): local sizes; radius: the wish, in them. It is less where the front bends or another one, or
-    another part of this one, is near, but LEAST_RADIUS at least.
+    sizes (k,): local sizes; radius: the wanted radius in local sizes. It is smaller where the front bends,
+    or where another front, or a part of this one that counts as a stranger, is near, but at least
+    LEAST_RADIUS.
     """
 
     points = fronts[number]
@@ -47,10 +48,11 @@ def radii(
 
 
 class SolvedMesh(NamedTuple):
-    """A 10-node mesh with the displacements (n, 3) of its nodes, and what else K of all its fronts is from.
+    """A 10-node mesh, the displacements (n, 3) of its nodes, and all else that K of its fronts needs.
 
-    stiffness (g, 6, 6) and eigenstrain (g, 3, 3) of grains (g,), ascending ids; loaded: face sets that
-    bear unknown tractions; tractions: known ones, of lips; touch (n,): nodes at which the lips are closed.
+    stiffness (g, 6, 6) and eigenstrain (g, 3, 3) of grains (g,), ascending ids; loaded: face sets with
+    unknown tractions; tractions: known ones, on lips; touch (n,): mask of nodes at which the lips are
+    closed.
     """
 
     mesh: TetMesh
@@ -65,15 +67,15 @@ class SolvedMesh(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    """The elements round a front and their nodes, and the outer faces that q may move.
+    """The elements around a front, their nodes, and the outer faces that q may move.
 
-    nodes (n,): ids in the mesh; points, displacement (n, 3); s (n,): of their nearest points on the front,
-    distance (n,) from these, binormal (n, 3) there; segment (n,) of the front. tets (e, 10): rows of nodes;
+    nodes (n,): ids in the mesh; points, displacement (n, 3); s (n,): of the nearest points on the front,
+    distance (n,) to them, binormal (n, 3) there; segment (n,) of the front. tets (e, 10): rows of nodes;
     grain (e,): rows of stiffness (g, 6, 6) and eigenstrain (g, 3, 3); side (e,): 1 on the side of lip A, -1
-    on that of lip B; shift (c, 3, 3): the eigenstrain at the front in each segment. faces (f, 2): outer
-    faces (element, face), those of the lips that touch the front only where there are tractions; face_side
-    (f,): as side; at_front (f, 3): which corners of lips are on it; loaded (f,): whether there may be
-    tractions that are not known; traction (f, q, 3): known ones, at the points of `face_points`.
+    on the side of lip B; shift (c, 3, 3): the eigenstrain at the front in each segment. faces (f, 2): outer
+    faces (element, face); lip faces that touch the front only if they have tractions; face_side (f,): as
+    side; at_front (f, 3): mask of the corners of lip faces on the front; loaded (f,): mask of faces that
+    may have unknown tractions; traction (f, q, 3): known ones, at the points of `face_points`.
     """
 
     nodes: np.ndarray
@@ -98,7 +100,7 @@ class Tube:
     def others(self, segments: Segments, radius: np.ndarray) -> np.ndarray:
         """Return the s (k,) of nodes within radius (n,) in elements unlike the front's segment there.
 
-        These have another stiffness or eigenstrain.
+        Unlike elements have another stiffness or eigenstrain than the segment.
         """
         number = material_numbers(np.concatenate([_constants(self), _constants(segments)]))
         of_grain, of_segment = np.split(number, [len(self.eigenstrain)])
@@ -107,7 +109,7 @@ class Tube:
 
 
 def _constants(of: Tube | Segments) -> np.ndarray:
-    """Return stiffness and eigenstrain (k, 45) of a tube's grains or of segments."""
+    """Return the constants (k, 45), stiffness and eigenstrain, of a tube's grains or of segments."""
     count = len(of.stiffness)
     return np.hstack([of.stiffness.reshape(count, -1), of.eigenstrain.reshape(count, -1)])
 
@@ -140,9 +142,9 @@ def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) 
 
 
 def without_rigid_motion(points: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-    """Return displacements (n, 3) of points (n, 3) less their mean shift and turn.
+    """Return displacements (n, 3) of points (n, 3) less their mean shift and rotation.
 
-    Neither changes K, but large ones would add errors of integration.
+    Neither changes K, but large ones would add integration errors.
     """
     place, moved = points - points.mean(axis=0), displacement - displacement.mean(axis=0)
     gradient = np.linalg.solve(place.T @ place, place.T @ moved)
@@ -165,7 +167,7 @@ def _samples(curve: FrontCurve) -> np.ndarray:
 
 
 def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return s (k,), distances (k,) and binormals (k, 3) of the points' nearest ones on the curve."""
+    """Return s (k,), distances (k,) and binormals (k, 3) of the curve's points nearest to points (k, 3)."""
 
     at = _samples(curve)
     s = curve.nearest(points, at[scipy.spatial.KDTree(curve.frames(at)[0]).query(points)[1]])
@@ -174,10 +176,9 @@ def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return 1 for elements (e,) on the side of lip A, -1 on that of lip B, of the front's own crack.
+    """Return 1 for elements (e,) on the side of lip A of the front's own crack, -1 on the side of lip B.
 
-    Those that touch one lip alone lie on its side; others on that of the nearest facet of lip A that they
-    are on.
+    An element that touches only one lip lies on its side. For others the nearest facet of lip A decides.
     """
 
     on_lip = np.zeros((2, len(mesh.points)), bool)
@@ -196,9 +197,9 @@ def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> 
 def _faces(
     solved: SolvedMesh, chosen: np.ndarray, front: Front, side: np.ndarray, lips: Collection[str]
 ) -> tuple[np.ndarray, ...]:
-    """Return the outer faces (f, 2) of chosen elements, by their rows, and what `Tube` says of them.
+    """Return the outer faces (f, 2) of the chosen elements, and their arrays in the order of `Tube`.
 
-    lips: names of the face sets that are lips of the front's own crack.
+    The element in a face is its row in `chosen`. lips: names of the face sets of the front's own crack.
     """
     mesh = solved.mesh
     row = np.full(len(mesh.tets), -1)
