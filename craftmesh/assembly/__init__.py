@@ -1,8 +1,8 @@
-"""One mesh from the grains' tetrahedra, its crack opened.
+"""One mesh from the grains' tetrahedra, with its crack opened.
 
-In come the gradated surface and each grain's tetrahedra, out come a `TetMesh` with its sets and a report
-(`assemble`). Points of the surface are shared by number, so that nothing is matched by place. `opening`
-doubles the nodes of the crack, but for its fronts, and `boundary_layers` those of grain boundaries that
-get cohesive layers. `open_crack` does the same in a mesh of any maker, which `foreign_mesh` reads through
+`assemble` turns the gradated surface and each grain's tetrahedra into a `TetMesh` with its sets, and a
+report. Grains share surface points by number, so nothing is matched by position. `opening` doubles the
+nodes of the crack except those of its fronts, and `boundary_layers` the nodes of grain boundaries that get
+cohesive layers. `open_crack` opens a crack in a mesh of any origin, which `foreign_mesh` reads through
 meshio. There are no options and no tuned numbers.
 """

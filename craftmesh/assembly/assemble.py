@@ -1,4 +1,4 @@
-"""One mesh of the grains' tetrahedra, merged by the surface's points, its crack opened."""
+"""One mesh of the grains' tetrahedra, merged at the surface's points, with its crack opened."""
 
 from collections.abc import Sequence
 
@@ -19,10 +19,10 @@ from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMes
 
 
 def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> None:
-    """Raise CraftmeshError unless each grain of tets has the points that the surface gives that grain.
+    """Raise CraftmeshError unless each grain's tetrahedra have the points that the surface gives it.
 
-    Kernels that take both read beyond their arrays otherwise: chunks of an older surface ended the process.
-    Grains without tets are left to others.
+    Without this check, chunks of an older surface make kernels read beyond their arrays, which ends the
+    process. Grains without tetrahedra are not checked here.
     """
     sides = surface.sides.ravel()
     order = np.argsort(sides, kind="stable")
@@ -32,8 +32,8 @@ def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> N
         expected = np.unique(surface.facets[order[first:last] // 2])
         if not np.array_equal(np.sort(one.nodes), expected):
             raise CraftmeshError(
-                f"grain {one.grain}: its tetrahedra have {len(one.nodes)} points of a surface that gives"
-                f" it {len(expected)}, or others; expected those of this surface: run tetrahedralize again"
+                f"grain {one.grain}: its tetrahedra have {len(one.nodes)} points, which are not the"
+                f" {len(expected)} that this surface gives it; run tetrahedralize again for this surface"
             )
 
 
@@ -43,13 +43,13 @@ def assemble(
 ) -> tuple[TetMesh, dict]:
     """Merge grains by surface point, open the crack and name the sets; return the mesh and a report.
 
-    Surface points in use come first, then the interior points of each grain by id, then the nodes
-    that opening adds. A node is a connected component of (tet, corner) pairs over shared faces that
-    are not crack facets: crack fronts stay single by themselves, and bodies that touch only in a
-    point or an edge come apart. Lip A is ahead of the crack facets' normals, lip B behind. Face sets:
-    XMIN..ZMAX, CRACK_LIP_A/B (several cracks are numbered: CRACK_1_LIP_A), VOID_<k>, EXTERIOR; node sets:
-    see `node_sets_of`. crack: the given one, which tells what is one crack, see `crack_numbers`. Raises
-    CraftmeshError when the grains do not fit the surface or each other.
+    Surface points in use come first, then the interior points of each grain by id, then the nodes that
+    opening adds. A node is a connected component of (tet, corner) pairs over shared faces that are not
+    crack facets. So crack fronts stay single without special care, and bodies that touch only in a point or
+    an edge are separated. Lip A is ahead of the crack facets' normals, lip B behind. Face sets: XMIN..ZMAX,
+    CRACK_LIP_A/B (several cracks are numbered: CRACK_1_LIP_A), VOID_<k>, EXTERIOR; node sets: see
+    `node_sets_of`. crack: the prescribed crack, which decides what counts as one crack, see
+    `crack_numbers`. Raises CraftmeshError if the grains do not fit the surface or each other.
     """
     points, tets, grain = _merge(surface, sorted(grain_tets, key=lambda g: g.grain))
     groups, facet = _match(surface, tets, grain)
@@ -73,7 +73,7 @@ def assemble(
 
 
 def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str, int]) -> dict:
-    """Return counts and measures; closed (c,): crack facets that are; added: numbers of nodes by reason."""
+    """Return counts and measures; closed (c,): mask of crack facets; added: numbers of nodes by reason."""
     points = mesh.points
     return {
         "nodes": len(points),
@@ -93,7 +93,7 @@ def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str
 
 
 def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points, with all surface points first, tets and grains of the whole model."""
+    """Return points (all surface points first), tets and grains of the whole model."""
     if not any(len(g.tets) for g in grain_tets):
         raise CraftmeshError("no tetrahedra to assemble; run tetrahedralize for the surface's grains first")
     blocks, offset = [], len(surface.points)
@@ -112,15 +112,13 @@ def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarra
 
 
 def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGroups, np.ndarray]:
-    """Group half faces that coincide; return the groups and each one's surface facet (4m,), -1 inside."""
+    """Group half faces that coincide; return the groups and the surface facet (4m,) of each, -1 inside."""
     n_half = 4 * len(tets)
     groups, row_facet, count = facet_groups(tets, surface.facets)
     has_facet = row_facet >= 0
     twice = has_facet & (groups.order[np.maximum(groups.first[1:] - 2, 0)] >= n_half) & (count > 0)
     if twice.any():
-        raise CraftmeshError(
-            f"{twice.sum()} facets of the surface are there twice; run check on the surface"
-        )
+        raise CraftmeshError(f"{twice.sum()} facets of the surface are duplicate; run check on the surface")
     _refuse_unmatched(surface, grain, groups, row_facet, count)
     tet_groups = count > 0
     facet = np.empty(n_half, np.int64)
@@ -133,7 +131,7 @@ def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGr
 def _refuse_unmatched(
     surface: Surface, grain: np.ndarray, groups: RowGroups, row_facet: np.ndarray, count: np.ndarray
 ) -> None:
-    """Raise CraftmeshError unless each half face has its neighbour or facet, and each facet its tets."""
+    """Raise CraftmeshError unless each half face has a neighbour or facet, and each facet its tets."""
     wanted = np.full(len(count), 2)
     has_facet = row_facet >= 0
     wanted[has_facet] = (surface.sides[row_facet[has_facet]] > 0).sum(axis=1)
@@ -144,7 +142,7 @@ def _refuse_unmatched(
     if len(inside):
         found = int(grain[groups.lead[inside[0]] // 4])
         raise CraftmeshError(
-            f"grain {found}: {len(inside)} faces fit neither a neighbour nor a facet of the surface; "
+            f"grain {found}: {len(inside)} faces match neither a neighbour nor a facet of the surface; "
             "tetrahedralize every grain of this surface again"
         )
     sides = surface.sides[row_facet[wrong[0]]].tolist()
@@ -162,7 +160,11 @@ def _face_sets(
     lips: np.ndarray,
     crack: Crack | None,
 ) -> dict[str, np.ndarray]:
-    """Return the named faces as rows (tet, face), sorted; empty sets are left out."""
+    """Return the named faces as rows (tet, face), sorted; empty sets are left out.
+
+    facet (4m,): from `_match`; free, lips: half faces 4 * tet + face on the surface and on both opened
+    lips.
+    """
     kind, sides = surface.kind[facet[free]], surface.sides[facet[free]].min(axis=1)
     on_crack = kind == CRACK
     chosen = {name: free[kind == plane] for plane, name in enumerate(BOX_PLANES, 1)}

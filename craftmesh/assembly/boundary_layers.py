@@ -1,4 +1,4 @@
-"""Layers of cohesive elements on grain boundaries: the mesh opened there, and what joins its sides."""
+"""Layers of cohesive elements on grain boundaries: the mesh opened there, and the elements between."""
 
 from collections.abc import Collection
 
@@ -9,14 +9,14 @@ from craftmesh.mesh.mesh_sets import is_front, is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes, group_triples, half_face_nodes, half_faces
 from craftmesh.types import TetMesh
 
-# Of a face's nodes, which turn into the element: the same ones with the normal out of it.
+# Order of a face's nodes with the normal out of the solid element, as a cohesive element needs them.
 _OUTWARD = [0, 2, 1, 5, 4, 3]
-# Linear triangles on the nodes of a facet, with mid nodes 12, 23, 31: each node is tied.
+# Linear triangles on a facet's nodes, with mid nodes 12, 23, 31, so that each node is connected.
 _PARTS = {3: np.array([[0, 1, 2]]), 6: np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])}
 
 
 def grain_pairs(mesh: TetMesh) -> list[tuple[int, int]]:
-    """Return the pairs of grains, the smaller id first, that share faces: the crack is no such face."""
+    """Return the pairs of grains, the smaller id first, that share faces which are not on the crack."""
     _, between = _boundary(mesh)
     return [(a, b) for a, b in np.unique(between, axis=0).tolist() if a < b]
 
@@ -26,12 +26,11 @@ def boundary_layers(
 ) -> tuple[TetMesh, dict[tuple[int, int], np.ndarray]]:
     """Return the mesh opened along the boundaries of pairs (a < b), and their cohesive elements (k, 6).
 
-    An element's nodes 1 to 3 are those of grain a, with the normal out of it, and 4 to 6 those of b, in the
-    same places: one element on a face with 3 nodes, four on one with 6. Nodes come apart as those of a
-    crack do (`opened_along`): those of a triple line into 3 where all its boundaries are chosen. Old nodes
-    keep their ids, in the grain of lowest id that has them, and so do elements. Sets of nodes get the new
-    ones of theirs; a front keeps the old ones in order, and those that came apart from them are
-    CRACK_FRONT_COPIES.
+    Nodes 1 to 3 of an element are on grain a, with the normal out of it, and nodes 4 to 6 on b, at the same
+    points: one element on a face with 3 nodes, four on one with 6. Nodes are separated as in a crack
+    (`opened_along`): those of a triple line into 3 if all its boundaries are chosen. Old nodes keep their
+    ids, in the grain of lowest id that has them, and so do elements. Node sets also get the copies of their
+    nodes. A front keeps its old nodes in order; the copies of these are CRACK_FRONT_COPIES.
     """
     shared, between = _boundary(mesh)
     chosen = np.zeros(len(shared), bool)
@@ -64,7 +63,7 @@ def _boundary(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _elements(opened: np.ndarray, parent: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Return the cohesive elements (p, 1 or 4, 6) on pairs of half faces (p, 2)."""
+    """Return the cohesive elements (p, 1 or 4, 6) between pairs of half faces (p, 2)."""
     bottom, top = (half_face_nodes(opened, across[:, side]) for side in range(2))
     bottom = bottom[:, _OUTWARD[: bottom.shape[1]]]
     turn = (parent[bottom][:, :, None] == parent[top][:, None, :]).argmax(axis=2)

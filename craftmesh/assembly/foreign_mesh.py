@@ -1,4 +1,4 @@
-"""Meshes of meshio as tetrahedra, and back with their crack opened."""
+"""Conversion of meshio's meshes to tetrahedra, and back with their crack opened."""
 
 from typing import TYPE_CHECKING
 
@@ -23,31 +23,33 @@ if TYPE_CHECKING:
 TETRAHEDRA = {"tetra": 4, "tetra10": 10}
 FACES = {"triangle": 3, "triangle6": 6}
 EDGES = {"line": 2, "line3": 3}
-# Corners 1 and 2 and the mid nodes of their edges change places: an inverted element is turned right.
+# Node order that swaps corners 1 and 2 and the mid nodes of their edges: it turns an inverted element
+# right.
 _MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
-# Gmsh's numbers of its groups and of its entities: new cells get new ones.
+# Cell data of Gmsh's group and entity numbers: new cells get new numbers.
 _TAGS = ("gmsh:physical", "gmsh:geometrical")
 
 
 def tet_mesh_of(mesh: "Mesh") -> TetMesh:
-    """Return the tetrahedra of all blocks, one after the other, and the point sets; grains are all 1.
+    """Return the tetrahedra of all blocks, in order, and the point sets; all are of grain 1.
 
-    Inverted elements are turned right. Raises CraftmeshError for other solid elements, for 4-node ones
-    beside 10-node ones, for points that are not in space, and for lips, whose names new ones would take.
+    Inverted elements are turned right. Raises CraftmeshError for other solid elements, for 4-node and
+    10-node elements together, for points that are not in space, and for lips, whose names the new ones
+    would take.
     """
     lips = sorted(name for name in {*mesh.cell_sets, *mesh.field_data, *mesh.point_sets} if is_lip(name))
     if lips:
         raise CraftmeshError(
-            f"the mesh has the lips {listed(lips)} of a crack opened before; expected all cracks in one "
-            "call, or the lips under other names"
+            f"the mesh has the lips {listed(lips)} of a crack opened before; open all cracks in one "
+            "call, or rename these lips"
         )
     kinds = {block.type for block in mesh.cells}
     others = sorted(kinds - {*TETRAHEDRA, *FACES, *EDGES, "vertex"})
     if others or len(kinds & TETRAHEDRA.keys()) != 1:
         found = ", ".join(others or sorted(kinds & TETRAHEDRA.keys())) or "no tetrahedra"
         raise CraftmeshError(
-            f"the mesh has {found}; expected tetrahedra of one kind, 'tetra' or 'tetra10', and beside them "
-            "triangles, lines and vertices at most"
+            f"the mesh has {found}; expected tetrahedra of one kind, 'tetra' or 'tetra10', besides only "
+            "triangles, lines and vertices"
         )
     if mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
         raise CraftmeshError(f"the mesh's points have the shape {mesh.points.shape}; expected (n, 3)")
@@ -58,7 +60,7 @@ def tet_mesh_of(mesh: "Mesh") -> TetMesh:
 
 
 def foreign_facets(mesh: "Mesh", name: str) -> np.ndarray:
-    """Return the corners (k, 3) of the triangles in a cell set or a physical group of that name."""
+    """Return the corners (k, 3) of the triangles in the cell set or physical group `name`."""
     found = [np.zeros((0, 3), np.int64)]
     in_set, tag = mesh.cell_sets.get(name), mesh.field_data.get(name)
     physical = mesh.cell_data.get(_TAGS[0])
@@ -80,9 +82,9 @@ def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Me
     """Return `mesh` on the opened nodes, with the lips' triangles as new cells at its end.
 
     parent (n,): the old node of each node of `opened`. Every lip is a block of triangles with normals out
-    of the material, a cell set, and a physical group where the mesh has such groups; lips and fronts are
-    point sets. Triangles on the crack go to lip A, lines to the element with the lowest number; point data
-    are those of the old nodes, cell data of the new cells 0.
+    of the material, a cell set, and, if the mesh has physical groups, such a group; lips and fronts are
+    point sets. Triangles on the crack go to lip A, lines to the element with the lowest number. Point data
+    are copied from the old nodes; cell data of the new cells are 0.
     """
     with extra("formats"):
         from meshio import Mesh
@@ -117,7 +119,7 @@ def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Me
 
 
 def _with_lips(name: str, blocks: list[np.ndarray], new: list[tuple[str, np.ndarray]]) -> list[np.ndarray]:
-    """Return an array of cell data with those of the new blocks: 0, or new numbers of Gmsh's groups."""
+    """Return an array of cell data with values for the new blocks: 0, or new numbers of Gmsh's groups."""
     first = 1 + max((int(block.max(initial=0)) for block in blocks), default=0) if name in _TAGS else 0
     like = np.asarray(blocks[0])
     values = [first + k if name in _TAGS else 0 for k in range(len(new))]
@@ -128,7 +130,7 @@ def _with_lips(name: str, blocks: list[np.ndarray], new: list[tuple[str, np.ndar
 
 
 def _cells(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> list[np.ndarray]:
-    """Return the data of the mesh's blocks on the opened nodes."""
+    """Return the cells of each of the mesh's blocks on the opened nodes."""
     lips = [faces for name, faces in opened.face_sets.items() if is_lip(name) and name.endswith("A")]
     lip_a = np.concatenate(lips) @ np.array([4, 1])
     rows = np.concatenate([lip_a, np.arange(4 * len(opened.tets))])
@@ -153,7 +155,7 @@ def _cells(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> list[np.ndarray
 def _holders(groups: RowGroups, count: int, tet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the cells (k,) that are a part of a tetrahedron, and the tetrahedron of each (k,).
 
-    The groups are of `count` parts, which belong to the tetrahedra tet (count,), followed by the cells.
+    groups: of `count` faces or edges of the tetrahedra tet (count,), followed by the cells.
     """
     lead = groups.lead[groups.index[count:]]
     cells = np.flatnonzero(lead < count)
@@ -163,7 +165,10 @@ def _holders(groups: RowGroups, count: int, tet: np.ndarray) -> tuple[np.ndarray
 def _moved(
     data: np.ndarray, tets: np.ndarray, old: np.ndarray, cells: np.ndarray, holder: np.ndarray
 ) -> np.ndarray:
-    """Return cells (c, w) with those of the rows `cells` on the nodes of the tetrahedra that hold them."""
+    """Return cells data (c, w), with rows `cells` on the nodes of the tetrahedra `holder` that hold them.
+
+    old: the tetrahedra tets on their old nodes.
+    """
     place = (old[holder][:, None, :] == data[cells][:, :, None]).argmax(axis=2)
     result = data.copy()
     result[cells] = np.take_along_axis(tets[holder], place, axis=1)

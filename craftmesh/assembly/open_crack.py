@@ -1,4 +1,4 @@
-"""A crack opened in any conformal mesh: its nodes are doubled, those of its front stay single."""
+"""A crack opened in any conformal mesh: its nodes are doubled, the nodes of its front stay single."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -26,10 +26,10 @@ AnyMesh = TypeVar("AnyMesh", TetMesh, "Mesh")
 class Opened(NamedTuple):
     """A mesh's tetrahedra on separated nodes.
 
-    tets as given but for the ids; parent (n,): the old node of each, where old nodes come first and keep
-    their ids. ahead, behind (k,): half faces 4 * tet + face of the lips A and B; crack (k,): the number of
-    the crack, from 0, that each pair belongs to. free: half faces that were free before. shut: how many
-    crack facets stay closed, for all their corners are on the front; on_boundary: how many were free.
+    tets: the given ones with new ids; parent (n,): the old node of each node; old nodes come first and keep
+    their ids. ahead, behind (k,): half faces 4 * tet + face of the lips A and B; crack (k,): number of the
+    crack of each pair, from 0. free: half faces that were free before. shut: number of crack facets that
+    stay closed because all their corners are on the front; on_boundary: number that were free.
     """
 
     tets: np.ndarray
@@ -45,27 +45,27 @@ class Opened(NamedTuple):
 def open_crack(mesh: AnyMesh, facets: np.ndarray | str) -> tuple[AnyMesh, dict[str, int | float]]:
     """Return the mesh opened along the crack's facets, with sets of its lips and fronts, and a report.
 
-    mesh: a TetMesh or a meshio.Mesh of conformal tetrahedra, of 4 or 10 nodes each, however it was made;
-    what is returned is of the same type. facets (k, 3): the corners of faces between two tetrahedra, in any
-    order, or the name of a set of faces (in meshio: a cell set or a physical group of triangles).
+    mesh: a TetMesh or a meshio.Mesh of conformal tetrahedra, of 4 or 10 nodes each, of any origin; the
+    result has the same type. facets (k, 3): the corners of faces between two tetrahedra, in any order, or
+    the name of a set of faces (in meshio: a cell set or a physical group of triangles).
 
-    A node comes apart into as many as there are groups of elements round it that share faces off the crack:
-    nodes inside the front stay single, a mouth on the mesh's boundary opens, and a junction of branches
-    comes apart into one node a sector. What hangs together by edges is one crack; several are
-    numbered after those that a TetMesh has already, from the lowest first corner up (by z, then y, then x).
-    Lip A is on the side of the facets that `lip_a_ahead` tells. Neither order nor turn of the facets makes
-    a difference. Old nodes keep their ids.
+    A node becomes one node for each group of elements around it that are connected by faces off the crack.
+    So nodes on the front stay single, a mouth on the mesh's boundary opens, and a junction of branches gets
+    one node per sector. Facets connected by edges are one crack. Several cracks are numbered after those
+    that a TetMesh already has, from the lowest first corner up (by z, then y, then x). `lip_a_ahead`
+    decides the side of lip A. The order and orientation of the facets make no difference. Old nodes keep
+    their ids.
 
     Sets: CRACK_LIP_A and CRACK_LIP_B, or CRACK_1_LIP_A ... of several cracks, and the fronts in order, see
-    `node_sets_of`. Other node sets get the new nodes of theirs as well; other face sets stay, but for the
-    one that is opened. A meshio mesh gets the lips as cells and cell sets, see `foreign_with_crack`.
-    Raises CraftmeshError for facets that are no faces of the mesh or cannot open, a crack with one side,
-    and a mesh whose faces belong to more than two elements.
+    `node_sets_of`. Other node sets also get the copies of their nodes; other face sets stay, except the one
+    that is opened. A meshio mesh gets the lips as cells and cell sets, see `foreign_with_crack`. Raises
+    CraftmeshError for facets that are no faces of the mesh or cannot open, a crack with one side, and a
+    mesh whose faces belong to more than two elements.
     """
     if isinstance(mesh, TetMesh):
         result, _, report = _opened(mesh, facets)
         return result, report
-    if not hasattr(mesh, "cell_sets_dict"):  # meshio is not imported for a TetMesh
+    if not hasattr(mesh, "cell_sets_dict"):  # duck-typed, so that meshio is not imported for a TetMesh
         raise CraftmeshError(f"mesh is a {type(mesh).__name__}; expected a TetMesh or a meshio.Mesh")
     if isinstance(facets, str):
         facets = foreign_facets(mesh, facets)
@@ -89,7 +89,7 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     face_sets |= crack_sets([*_known_lips(sets), *lips])
     all_lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
     named = np.concatenate(lip_faces(all_lips)) @ np.array([4, 1])
-    rest = {"FREE": _faces(np.setdiff1d(opened.free, named))}  # no set may name them
+    rest = {"FREE": _faces(np.setdiff1d(opened.free, named))}  # so that every free face is in a set
     bare = TetMesh(points, opened.tets, mesh.grain, {}, all_lips | rest)
     fronts = mesh_fronts(bare)
     node_sets = with_copies(mesh.node_sets, opened.parent, len(mesh.points))
@@ -99,7 +99,7 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
 
 
 def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the lips A and B of the cracks that a mesh has."""
+    """Return the lips A and B of each crack in a mesh; raise CraftmeshError for a lip A without lip B."""
     names = [name for name in face_sets if is_lip(name) and name.endswith("A")]
     alone = [name for name in names if f"{name[:-1]}B" not in face_sets]
     if alone:
@@ -128,7 +128,7 @@ def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int |
 
 
 def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Opened:
-    """Return the tetrahedra (m, 4) or (m, 10) opened along faces with the corners facets (k, 3)."""
+    """Return the tetrahedra (m, 4) or (m, 10) opened along the faces whose corners are facets (k, 3)."""
     facets = lip_a_ahead(points, turned_alike(points, _checked(points, tets, facets)))
     groups, row, count = facet_groups(tets, facets)
     _refuse(points, facets, row, count)
@@ -141,8 +141,8 @@ def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Op
     opened, parent, shut = opened_across(tets, linked, across, len(points))
     if shut.all():
         raise CraftmeshError(
-            f"none of the {len(shut)} crack facets within the mesh opens, for all their corners are on the "
-            "crack's front; expected facets round at least one node inside the crack, or on its mouth"
+            f"none of the {len(shut)} crack facets within the mesh opens: all their corners are on the "
+            "crack's front; give facets around at least one node inside the crack, or on its mouth"
         )
     order = np.argsort(facet[~shut], kind="stable")
     across, facet = across[~shut][order], facet[~shut][order]
@@ -153,21 +153,21 @@ def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Op
 
 
 def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the facets (k, 3), each once, facets and corners from the lowest up: by z, then y, then x.
+    """Return the facets (k, 3), each once; facets and their corners ascend by z, then y, then x.
 
-    Raises CraftmeshError for bad ones and for bad elements.
+    Raises CraftmeshError for invalid facets and for elements without positive volume.
     """
     facets = as_array("facets", facets, np.int64, (None, 3))
     if not len(facets):
-        raise CraftmeshError("facets is empty; expected node ids (k, 3) of faces between two tetrahedra")
+        raise CraftmeshError("facets is empty; give node ids (k, 3) of faces between two tetrahedra")
     check_indices("facets", facets, len(points), "nodes")
     inverted = np.flatnonzero(tet_volumes(points, tets) <= 0)
     if len(inverted):
         raise CraftmeshError(
             f"tet {inverted[0]} and {len(inverted) - 1} more have no positive volume; expected nodes in "
-            "Abaqus' order, corners 1, 2, 3 turning right-handed towards corner 4"
+            "Abaqus' order, corners 1, 2, 3 right-handed around the direction to corner 4"
         )
-    place = np.empty(len(points), np.int64)  # of each node from the lowest up
+    place = np.empty(len(points), np.int64)  # rank of each node by z, then y, then x
     place[np.lexsort(points.T)] = np.arange(len(points))
     corners = np.take_along_axis(facets, np.argsort(place[facets], axis=1), axis=1)
     first = np.unique(place[corners], axis=0, return_index=True)[1]
@@ -176,7 +176,10 @@ def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.nda
 
 
 def _refuse(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, count: np.ndarray) -> None:
-    """Raise CraftmeshError for facets that are no faces, and for faces of more than two elements."""
+    """Raise CraftmeshError for facets that are no faces, and for faces of more than two elements.
+
+    rows (g,): facet of each group of equal faces, below 0 for none; count (g,): its number of elements.
+    """
     lost = rows[count == 0]
     if len(lost):
         corners = facets[lost.min()]
@@ -191,6 +194,6 @@ def _refuse(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, count: np.
         )
     if not ((count == 2) & (rows >= 0)).any():
         raise CraftmeshError(
-            f"all {len(facets)} facets lie on the mesh's boundary, which is open; expected faces between "
-            "two tetrahedra: merge nodes that are there twice, and open a crack once only"
+            f"all {len(facets)} facets lie on the mesh's boundary, which is open; give faces between "
+            "two tetrahedra: merge duplicate nodes, and open a crack only once"
         )

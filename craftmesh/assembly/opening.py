@@ -1,4 +1,4 @@
-"""The crack opened: nodes come apart where nothing but crack facets holds the tets round them together."""
+"""Opening of the crack: nodes are separated where only crack facets connect the tetrahedra around them."""
 
 from collections.abc import Mapping
 
@@ -14,9 +14,9 @@ def opened_tets(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the tets on separated nodes and the old node (n,) of each new one; old ids come first.
 
-    tets (m, 4) or (m, 10). linked (p, 2): half faces that stay together; bounding: half faces that are
-    free or on the crack. Only nodes of the latter can come apart: around any other the elements fill the
-    whole sphere.
+    tets (m, 4) or (m, 10). linked (p, 2): pairs of half faces that stay together; bounding: half faces that
+    are free or on the crack. Only nodes of `bounding` can be separated: around any other node the elements
+    fill the whole sphere.
     """
     width = tets.shape[1]
     local = FACE_NODES[width]
@@ -41,9 +41,10 @@ def opened_tets(
 def opened_across(
     tets: np.ndarray, linked: np.ndarray, across: np.ndarray, n_points: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return tets and old nodes as `opened_tets` of the pairs across (p, 2), and which (p,) stay shut.
+    """Return tets and old nodes as `opened_tets` does, and a mask (p,) of crack facets that stay closed.
 
-    Those whose corners all stay single do, mid nodes too.
+    across (p, 2): the half faces on both sides of each crack facet. A facet stays closed, with its mid
+    nodes, if all its corners stay single.
     """
     by_corners, _ = opened_tets(tets[:, :4], linked, across.ravel(), n_points)
     shut = is_closed(by_corners, across)
@@ -54,9 +55,9 @@ def opened_across(
 def with_copies(
     node_sets: Mapping[str, np.ndarray], parent: np.ndarray, count: int
 ) -> dict[str, np.ndarray]:
-    """Return the sets, but for lips and fronts, with the nodes that came apart from theirs at the end.
+    """Return the sets, except lips and fronts, with the copies of their nodes at the end.
 
-    parent (n,): the old node of each, the first `count` of which are the old ones.
+    parent (n,): the old node of each node; the first `count` nodes are the old ones.
     """
     return {
         name: np.concatenate([nodes, copies_of(nodes, parent, count)])
@@ -66,12 +67,12 @@ def with_copies(
 
 
 def copies_of(nodes: np.ndarray, parent: np.ndarray, count: int) -> np.ndarray:
-    """Return the nodes (k,) that came apart from `nodes`; parent and count as in `with_copies`."""
+    """Return the new nodes (k,) that were separated from `nodes`; parent and count as in `with_copies`."""
     copies: np.ndarray = count + np.flatnonzero(np.isin(parent[count:], nodes))
     return copies
 
 
 def is_closed(opened: np.ndarray, crack_pairs: np.ndarray) -> np.ndarray:
-    """Return which crack facets (p,) kept all three corners on both sides: they cannot open."""
+    """Return a mask (p,) of crack facets with the same three corners on both sides, which cannot open."""
     corners = np.sort(half_face_corners(opened, crack_pairs), axis=2)
     return (corners[:, 0] == corners[:, 1]).all(axis=1)

@@ -218,5 +218,5 @@ def test_what_does_not_fit_is_refused():
     twice = [
         np.concatenate([getattr(surface, n), getattr(surface, n)[:1]]) for n in ("facets", "sides", "kind")
     ]
-    with pytest.raises(CraftmeshError, match="twice"):
+    with pytest.raises(CraftmeshError, match="duplicate"):
         assemble(Surface(surface.points, *twice), grains)
