@@ -1,4 +1,4 @@
-"""Invariants of whatever a stage makes."""
+"""Checks of the invariants of a volume, crack, surface or mesh."""
 
 from craftmesh.arguments import typed
 from craftmesh.cracks.check_crack import check_crack

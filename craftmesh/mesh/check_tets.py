@@ -1,4 +1,4 @@
-"""What a finite-element mesh has to hold, checked from its arrays."""
+"""Checks of a finite-element mesh from its arrays."""
 
 from collections.abc import Iterator
 
@@ -18,17 +18,18 @@ from craftmesh.mesh.tet_connectivity import (
 )
 from craftmesh.types import BOX_PLANES, TetMesh
 
-_MID_NODE_REACH = 0.51  # of the edge's length, off its middle: a quarter-point node is .25 off
+_MID_NODE_REACH = 0.51  # distance from the edge's middle over its length; a quarter point has .25
 
 
 def check_tets(mesh: TetMesh) -> list[str]:
-    """Return one sentence per breach; none for a sound mesh.
+    """Return one sentence per broken invariant, none for a valid mesh.
 
-    Checked: positive volumes and, of 10-node elements, Jacobians at the integration points;
-    no unused node; every face has two elements or is in exactly one face set, and faces in sets are free;
-    box planes are exact; lips coincide facet by facet; node sets are those of their faces, fronts in order
-    and their edges shared by both lips; mid nodes are on their edges and shared with the neighbours.
-    A front node has twins beyond other facets of the crack only: else faces between them are in no set.
+    Checked: positive volumes and, of 10-node elements, Jacobians at the integration points; no unused node;
+    every face has two elements or is in exactly one face set, and faces in sets are free; nodes on box
+    planes lie exactly on them; lips coincide facet by facet; node sets hold the nodes of their faces,
+    fronts in order, with edges that both lips share; mid nodes are near their edges' middles and shared
+    with the neighbours. Nodes of a front may be doubled only across other crack facets, because else faces
+    between the copies are in no set.
     """
     if not len(mesh.tets):
         return ["The mesh has no tetrahedra."]
@@ -70,10 +71,10 @@ def _check_elements(mesh: TetMesh) -> Iterator[str]:
 def _check_ids(mesh: TetMesh) -> Iterator[str]:
     for name, nodes in mesh.node_sets.items():
         if len(nodes) and (nodes.min() < 0 or nodes.max() >= len(mesh.points)):
-            yield f"Node set {name} names nodes {nodes.min()}..{nodes.max()}, of {len(mesh.points)}."
+            yield f"Node set {name} names nodes {nodes.min()}..{nodes.max()}; there are {len(mesh.points)}."
     for name, faces in mesh.face_sets.items():
         if len(faces) and ((faces < 0) | (faces >= [len(mesh.tets), 4])).any():
-            yield f"Face set {name} names tetrahedra or faces that are not there."
+            yield f"Face set {name} names tetrahedra or faces that do not exist."
 
 
 def _check_conformity(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:
@@ -155,7 +156,7 @@ def _check_mid_nodes(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:
     )
     apart = int((here != there).any(axis=1).sum())
     if apart:
-        yield f"{apart} faces have other mid nodes in one tetrahedron than in its neighbour."
+        yield f"{apart} faces have different mid nodes in their two tetrahedra."
 
 
 def _squares(vectors: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Cubic B-splines in the arc length of a front: periodic or open, fitted by least squares."""
+"""Cubic B-splines in a front's arc length: periodic or open, fitted by least squares."""
 
 from dataclasses import dataclass
 from math import factorial
@@ -8,15 +8,15 @@ import scipy
 from scipy.sparse import csr_array, diags_array, eye_array, sparray
 
 DEGREE = 3
-# The coefficients' own weight against that of the data, for unique solutions where data are too few.
+# Weight of the coefficients against the data, which makes solutions unique where data are too few.
 SMALLEST = 1e-14
-# A closed curve needs as many pieces for its B-splines to differ.
+# Fewest pieces of a closed curve: with fewer its B-splines are not distinct.
 LEAST_CLOSED = DEGREE + 1
 
 
 @dataclass(frozen=True, eq=False)
 class CubicBasis:
-    """Cubic B-splines between breaks (m + 1,), which rise from 0 to the length; periodic when closed."""
+    """Cubic B-splines between breaks (m + 1,), which rise from 0 to the length; periodic if closed."""
 
     breaks: np.ndarray
     closed: bool
@@ -32,7 +32,7 @@ class CubicBasis:
         return len(self.breaks) - 1 + (0 if self.closed else DEGREE)
 
     def design(self, s: np.ndarray) -> csr_array:
-        """Return the values (k, size) of all B-splines at s (k,); beyond an open curve those at its end."""
+        """Return the values (k, size) of all B-splines at s (k,), beyond an open curve those at its end."""
         s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
         rows = csr_array(scipy.interpolate.BSpline.design_matrix(s, self._knots(), DEGREE))
         folded = csr_array((rows.data, rows.indices % self.size, rows.indptr), (len(s), self.size))
@@ -40,10 +40,10 @@ class CubicBasis:
         return folded
 
     def solve(self, rows: sparray, values: np.ndarray, weights: np.ndarray, stiffness: float) -> np.ndarray:
-        """Return the coefficients (size, c) with which rows (k, size) come nearest to values (k, c).
+        """Return the coefficients (size, c) with which rows (k, size) best fit values (k, c).
 
-        weights (k,); stiffness: weight of the coefficients' changes of slope against that of the data. It
-        smooths, and it decides alone where there are no data.
+        weights (k,): of the data; stiffness: relative weight of the coefficients' changes of slope. It
+        smooths the result, and alone determines it where there are no data.
         """
         rows = csr_array(rows)
         weighted = rows.T @ diags_array(weights)
@@ -55,7 +55,7 @@ class CubicBasis:
         return scipy.sparse.linalg.splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
 
     def pieces(self, coefficients: np.ndarray) -> "scipy.interpolate.PPoly":
-        """Return the polynomials between the breaks of the spline of coefficients (size, c)."""
+        """Return the spline of coefficients (size, c) as polynomials between the breaks."""
         if self.closed:
             coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
         spline, at = scipy.interpolate.BSpline(self._knots(), coefficients, DEGREE), self.breaks[:-1]
@@ -72,7 +72,7 @@ class CubicBasis:
         return np.concatenate([before, self.breaks, after])
 
     def _bends(self) -> csr_array:
-        """Return the operator (b, size) that gives the change of slope at the coefficients, 0 on lines."""
+        """Return the operator (b, size) from coefficients to changes of slope there; it is 0 on lines."""
         n, knots = self.size, self._knots()
         rows = n if self.closed else n - 2
         if n < DEGREE:
@@ -91,9 +91,9 @@ class CubicBasis:
 def graded_basis(
     s: np.ndarray, sizes: np.ndarray, length: float, closed: bool, spacing: float
 ) -> CubicBasis:
-    """Return a basis whose pieces are `spacing` local sizes long: sizes (k,) at the nodes' s (k,).
+    """Return a basis whose pieces are `spacing` local sizes long; sizes (k,): at the nodes' s (k,).
 
-    length: that of the whole curve, the closing segment included.
+    length: of the whole curve, the closing segment included.
     """
     at = np.append(s, length) if closed else s
     size = np.append(sizes, sizes[0]) if closed else sizes

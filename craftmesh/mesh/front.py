@@ -15,10 +15,10 @@ def front_polylines(
 ) -> list[tuple[np.ndarray, bool]]:
     """Return the crack's fronts as (ordered corner nodes, closed?), sorted by their first points.
 
-    A front edge lies on the rim of lip A, joins two nodes that lip B shares, on a facet that coincides with
-    that of lip A, and is on no other free face. Where a crack branches the lips of two branches share edges
-    too, but not facets. It runs so that the crack is on its left seen from lip A. Open fronts start at
-    their tail, closed ones at their point of lowest x, then y, then z, which is not repeated.
+    A front edge lies on the rim of lip A and on no other free face. Lip B has both its nodes, on a facet
+    that coincides with lip A's facet there. Where a crack branches, the lips of two branches share edges
+    too, but no facets. A front runs so that the crack is on its left as seen from lip A. Open fronts start
+    at their tail, closed ones at their point of lowest x, then y, then z, which is not repeated.
     """
     return sorted(
         _chains(_front_edges(points, tets[:, :4], face_sets), points),
@@ -27,7 +27,7 @@ def front_polylines(
 
 
 def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
-    """Return the ordered fronts of a mesh, mid nodes between the corners when it has them."""
+    """Return the ordered fronts of a mesh, with mid nodes between the corners if it has any."""
     fronts = front_polylines(mesh.points, mesh.tets, mesh.face_sets)
     if mesh.tets.shape[1] == 4:
         return fronts
@@ -44,7 +44,7 @@ def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
 
 
 def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the directed front edges (k, 2): those of craftmesh.surface.front, told by opened faces."""
+    """Return the directed front edges (k, 2) that craftmesh.surface.front defines, from opened faces."""
     lips = [face_nodes(tets, faces) for faces in lip_faces(face_sets)]
     if not all(map(len, lips)):
         return np.zeros((0, 2), np.int64)
@@ -66,7 +66,7 @@ def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, n
 def _have_twins(
     points: np.ndarray, triangles: np.ndarray, others: np.ndarray, edges: np.ndarray
 ) -> np.ndarray:
-    """Tell on which edges (k, 2) of triangles (k, 3) one of `others` (j, 3) is that has their places."""
+    """Return a mask of edges (k, 2) whose triangles (k, 3) coincide with one of `others` (j, 3)."""
     theirs = facet_edges(others)
     near = np.isin(theirs, edges).all(axis=1)
     ends = np.sort(np.concatenate([edges, theirs[near]]), axis=1)
@@ -78,7 +78,7 @@ def _have_twins(
 
 
 def _chains(edges: np.ndarray, points: np.ndarray) -> Iterator[tuple[np.ndarray, bool]]:
-    """Yield the chains of directed edges, broken where more or fewer than two edges meet."""
+    """Yield (nodes, closed?) of the chains of directed edges, cut where other than two edges meet."""
     ahead: dict[int, list[int]] = {}
     behind: dict[int, int] = {}
     for tail, head in edges.tolist():

@@ -1,4 +1,4 @@
-"""A front as a smooth curve with the crack's normal along it."""
+"""A front as a smooth curve, with the crack's normal along it."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,30 +8,30 @@ import scipy
 
 from craftmesh.mesh.cubic_basis import graded_basis
 
-# Edges on each side over which the front's edge lengths are averaged: neighbours differ by up to 3 : 1.
+# Number of edges on each side over which edge lengths are averaged: neighbours differ by up to 3 : 1.
 WINDOW = 4
-# Pieces of the curve in local sizes, and how stiff it is. Nodes lie up to 0.01 of an edge off the given
-# front at spacings of 0.3 to 1.5 edges: on a circle of 8 edges radius tangents then err by 0.30 degrees at
-# most, by 0.72 with pieces of 2 sizes; half an open circle by 0.40. A stiffness of 1e-2 takes 0.08 degrees
-# off the circle's, but the curve flattens where it bends most: K_I at the sharp ends of an ellipse 2:1, of
-# five edges radius, was 0.6 % low in place of 0.35.
+# Length of the curve's pieces in local sizes, and its stiffness. Nodes lie up to 0.01 of an edge off the
+# given front at spacings of 0.3 to 1.5 edges: on a circle of 8 edges radius tangents then err by at most
+# 0.30 degrees, by 0.72 with pieces of 2 sizes; on half an open circle by 0.40. A stiffness of 1e-2 takes
+# 0.08 degrees off the circle's, but flattens sharp bends: K_I at the sharp ends of an ellipse 2:1, of five
+# edges radius, was 0.6 % low instead of 0.35.
 PIECE, STIFFNESS = 3.0, 1e-3
-# Where a front bends, pieces are no longer than so much of the bend's radius. At the sharp ends of an
-# ellipse 25:6, of three edges radius, K_I erred by 0.95 % without, by 0.73 % with it.
+# Longest piece over the bend radius of the front. At the sharp ends of an ellipse 25:6, of three edges
+# radius, K_I erred by 0.95 % without this limit, by 0.73 % with it.
 OF_BEND = 0.6
-# Shortest pieces over those of a straight front: the nodes' own places show in shorter ones.
+# Shortest spline piece over a straight front's piece; shorter ones fit the noise of node positions.
 SHORTEST = 0.5
 # Weight of an open front's ends against its other nodes: they lie on faces, and the curve ends there.
 END_WEIGHT = 1e6
-# Of Newton's method, which finds points on curves and in elements: no step is longer than so many pieces.
+# Newton iterations for points on curves and in elements, and their longest step in pieces of the curve.
 NEWTON_STEPS, LONGEST_STEP = 12, 0.5
 
 
 class MovingFrames(NamedTuple):
-    """Frames on a curve.
+    """Frames at points (k,) of a curve.
 
     point (k, 3); axes (k, 3, 3): rows binormal, normal and tangent; turns (k, 3, 3): their derivatives by
-    s; speed (k,): the length of the point's derivative.
+    s; speed (k,): length of the point's derivative.
     """
 
     point: np.ndarray
@@ -42,10 +42,10 @@ class MovingFrames(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FrontCurve:
-    """A front by its arc length s: point and normal, piecewise cubics of it with three columns.
+    """A front by its arc length s: point and normal are piecewise cubics of s with three columns.
 
-    normal is the crack's, neither of unit length nor quite square to the curve; see `frames`. An open curve
-    goes on straight beyond its ends, with the frames there.
+    normal: the crack's, not exactly of unit length or perpendicular to the curve; see `frames`. An open
+    curve continues straight beyond its ends, with the frames there.
     """
 
     point: "scipy.interpolate.PPoly"
@@ -85,7 +85,7 @@ class FrontCurve:
         return MovingFrames(point, axes, turns, speed)
 
     def nearest(self, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """Return the s (k,) of the points on the curve nearest to points (k, 3), by Newton's method."""
+        """Return the s (k,) of the curve nearest to points (k, 3), by Newton's method from `guess`."""
         s, left = np.array(guess, float), np.arange(len(points))
         longest = LONGEST_STEP * self.length / self.pieces
         for _ in range(NEWTON_STEPS):
@@ -98,7 +98,7 @@ class FrontCurve:
         return self._inside(s) if self.closed else s
 
     def bend_radius(self, s: np.ndarray) -> np.ndarray:
-        """Return the curve's radius (k,) at s (k,), from how its tangents turn over a thousandth of it."""
+        """Return the bend radius (k,) at s (k,), by tangents 0.001 of the length on either side."""
         step = 1e-3 * self.length
         low, high = s - step, s + step
         if not self.closed:
@@ -122,7 +122,7 @@ class FrontCurve:
 
 
 def front_curve(points: np.ndarray, normals: np.ndarray, closed: bool) -> FrontCurve:
-    """Return the smooth curve along the ordered nodes (k, 3) of a front, k > 1, with normals (k, 3)."""
+    """Return the smooth curve along a front's ordered nodes (k, 3), k > 1, with normals (k, 3)."""
     s, _ = arc_lengths(points, closed)
     sizes = local_sizes(points, closed)
     curve = _fitted(points, normals, closed, sizes)
@@ -131,7 +131,7 @@ def front_curve(points: np.ndarray, normals: np.ndarray, closed: bool) -> FrontC
 
 
 def _fitted(points: np.ndarray, normals: np.ndarray, closed: bool, sizes: np.ndarray) -> FrontCurve:
-    """Return the curve with pieces of PIECE sizes (k,)."""
+    """Return the curve with pieces of PIECE local sizes (k,)."""
     s, length = arc_lengths(points, closed)
     basis = graded_basis(s, sizes, length, closed, PIECE)
     weights = np.ones(len(s))
@@ -142,7 +142,7 @@ def _fitted(points: np.ndarray, normals: np.ndarray, closed: bool, sizes: np.nda
 
 
 def sizes_at_bends(sizes: np.ndarray, bend: np.ndarray, share: float) -> np.ndarray:
-    """Return sizes (k,) of at most `share` of the bend radius (k,) there, but SHORTEST of their own."""
+    """Return sizes (k,) limited to `share` of the bend radius (k,), but at least SHORTEST of these."""
     return np.clip(share * bend, SHORTEST * sizes, sizes)
 
 
@@ -154,19 +154,19 @@ def arc_lengths(points: np.ndarray, closed: bool) -> tuple[np.ndarray, float]:
 
 
 def edge_lengths(points: np.ndarray, closed: bool) -> np.ndarray:
-    """Return the lengths of a polyline's edges, the closing one included where it is closed."""
+    """Return the lengths of a polyline's edges, with the closing edge if it is closed."""
     ahead = np.concatenate([points[1:], points[:1]]) if closed else points[1:]
     return np.linalg.norm(ahead - points[: len(ahead)], axis=1)
 
 
 def ways_along(s: np.ndarray, others: np.ndarray, total: float, closed: bool) -> np.ndarray:
-    """Return the ways (k, m) along a front of that length from s (k,) to others (m,), the shorter round."""
+    """Return distances (k, m) along a front of length `total` from s (k,) to others (m,), the shorter."""
     way = np.abs(s[:, None] - others)
     return np.minimum(way, np.abs(total - way)) if closed else way
 
 
 def local_sizes(points: np.ndarray, closed: bool) -> np.ndarray:
-    """Return at each node (k,) of a front the mean length of the WINDOW edges on either side of it."""
+    """Return for each front node (k,) the mean length of the WINDOW edges on either side of it."""
     steps = edge_lengths(points, closed)
     k, n = np.arange(len(points)), len(steps)
     total = np.concatenate([[0.0], np.cumsum(np.tile(steps, 3) if closed else steps)])
@@ -183,6 +183,6 @@ def square_to(vectors: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (..., 3) of length one; zeros stay."""
+    """Return vectors (..., 3) scaled to length one; zeros stay."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0, length, 1.0)

@@ -1,4 +1,4 @@
-"""The front of an opened crack node by node: frames, grains, ends, sizes."""
+"""The front of an opened crack node by node: frames, grains, ends and local sizes."""
 
 from dataclasses import dataclass
 
@@ -13,20 +13,20 @@ from craftmesh.types import BOX_PLANES, TetMesh
 
 
 def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.ndarray:
-    """Return the grain (k,) that fills most of the angle round each edge from tails (k,) to heads (k,)."""
+    """Return the grain (k,) that fills most of the angle around each edge from tails (k,) to heads (k,)."""
     edge, tet, local = _round_edges(mesh, tails, heads)
     ids, grain = np.unique(mesh.grain[tet], return_inverse=True)
     angle = np.zeros((len(tails), len(ids)))
     row, nodes = np.arange(len(tet)), mesh.tets[tet]
     ends = (nodes[row, table[local, k]] for table in (EDGE_CORNERS, OFF_EDGE) for k in (0, 1))
     np.add.at(angle, (edge, grain.ravel()), dihedral_angles(mesh.points, *ends))
-    return ids[np.argmax(np.round(angle, 9), axis=1)]  # equal angles: the lower id
+    return ids[np.argmax(np.round(angle, 9), axis=1)]  # of equal angles, the lower id
 
 
 def edges_between_materials(
     mesh: TetMesh, tails: np.ndarray, heads: np.ndarray, material: np.ndarray
 ) -> np.ndarray:
-    """Return which edges (k,) have elements of several materials (m,), numbers by element, round them."""
+    """Return a mask (k,) of edges surrounded by elements of several materials (m,), numbers by element."""
     edge, tet, _ = _round_edges(mesh, tails, heads)
     first = np.zeros(len(tails), np.int64)
     first[edge] = material[tet]
@@ -38,7 +38,7 @@ def edges_between_materials(
 def _round_edges(
     mesh: TetMesh, tails: np.ndarray, heads: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each pair of an edge and an element at it: their rows, and the number of its own edge."""
+    """Return all pairs of an edge and an element at it: both rows, and the edge's number in the element."""
     wanted = _keys(tails, heads, len(mesh.points))
     order = np.argsort(wanted)
     at_front = np.zeros(len(mesh.points), bool)
@@ -52,7 +52,7 @@ def _round_edges(
 
 
 def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
-    """Return which front nodes (k,) have elements of several grains round them."""
+    """Return a mask (k,) of front nodes whose elements belong to several grains."""
     at_front = np.zeros(len(mesh.points), bool)
     at_front[nodes] = True
     rows = np.flatnonzero(at_front[mesh.tets[:, :4]].any(axis=1))
@@ -62,9 +62,9 @@ def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
-    """Return the free faces that hold each end of a front: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR.
+    """Return the names of the free faces at each front end: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR.
 
-    CRACK where there is none of them: the front ends on another crack.
+    CRACK if an end lies on none of them: the front ends on another crack.
     """
     others = [name for name in mesh.face_sets if name not in BOX_PLANES and not is_lip(name)]
     names = [name for name in (*BOX_PLANES, *others) if name in mesh.face_sets]
@@ -79,16 +79,16 @@ def _keys(tails: np.ndarray, heads: np.ndarray, stride: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class FrontFrames:
-    """One row per front node at a corner, in order; several fronts follow one another.
+    """One row per front node that is an element corner, in order; several fronts follow one another.
 
-    s (k,) arc length from the front's first node; points, tangent, normal, binormal (k, 3): tangents of a
-    smooth curve along the nodes; normal is the crack's at its front, from lip B to lip A; binormal =
-    tangent x normal points out of the crack, into the material that it has not reached. front (k,) number
-    of the front from 1; closed (k,) 1 on closed fronts; node (k,) id from 0; mid_node (k,) id of the mid
-    node of the edge that follows, -1 where the mesh has none or no edge follows; grain (k,) along that
-    edge, at an open end that of the edge before; pierce (k,) 1 where grains meet in the node; end (k,) 1 at
-    open ends; face (k,) the faces on which such an end lies, empty elsewhere; size (k,) the mean length of
-    the front's edges nearby.
+    s (k,): arc length from the front's first node; points, tangent, normal, binormal (k, 3): tangents of a
+    smooth curve along the nodes; normal of the crack at its front, from lip B to lip A; binormal = tangent
+    x normal points out of the crack, into the material that it has not reached. front (k,): number of the
+    front, from 1; closed (k,): 1 on closed fronts; node (k,): id, from 0; mid_node (k,): id of the next
+    edge's mid node, -1 if the mesh has none or no edge follows; grain (k,): along the next edge, at an open
+    end along the edge before; pierce (k,): 1 where grains meet at the node; end (k,): 1 at open ends; face
+    (k,): the faces on which such an end lies, empty elsewhere; size (k,): mean length of the front's edges
+    nearby.
     """
 
     s: np.ndarray
@@ -108,11 +108,11 @@ class FrontFrames:
 
     @property
     def axes(self) -> np.ndarray:
-        """(k, 3, 3) the local axes of each node: rows binormal, normal and tangent."""
+        """(k, 3, 3) local axes of each node: rows binormal, normal and tangent."""
         return np.stack([self.binormal, self.normal, self.tangent], axis=1)
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of front.csv in order; nodes are numbered from 1 as in the deck, 0 is none."""
+        """Return the columns of front.csv in order; node numbers start at 1, as in the deck; 0 is none."""
         columns = {name: getattr(self, name) for name in type(self).__dataclass_fields__}
         return columns | {"node": self.node + 1, "mid_node": self.mid_node + 1}
 
@@ -121,7 +121,7 @@ class FrontFrames:
 class Front:
     """One front: its corner nodes (k,) in order, the mid nodes after them, and the curve along them.
 
-    mids has k entries on a closed front, k - 1 on an open one, none in a mesh without mid nodes.
+    mids has k entries on a closed front, k - 1 on an open front, and none in a mesh without mid nodes.
     """
 
     corners: np.ndarray
@@ -147,7 +147,7 @@ def fronts_of(mesh: TetMesh) -> list[Front]:
 
 
 def front_frames(mesh: TetMesh) -> FrontFrames:
-    """Return a row for each front node of `mesh` that is a corner; empty without crack."""
+    """Return a row for each front node of `mesh` that is an element corner; no rows without a crack."""
     parts = [_rows(mesh, number, front) for number, front in enumerate(fronts_of(mesh), 1)]
     if parts:
         return FrontFrames(*map(np.concatenate, zip(*parts)))

@@ -1,4 +1,4 @@
-"""Rules of integration over tetrahedra, and the shape functions of them and their faces."""
+"""Rules of integration over tetrahedra and their faces, and shape functions."""
 
 from collections.abc import Iterator
 from itertools import permutations
@@ -8,12 +8,12 @@ import numpy as np
 
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS
 
-# The four integration points of C3D10 in Abaqus and CalculiX lie at these barycentric coordinates, the
-# larger one at each corner in turn.
+# Barycentric coordinates of the four integration points of C3D10 in Abaqus and CalculiX: _NEAR at each
+# corner in turn, _FAR at the others.
 _NEAR, _FAR = (5 + 3 * np.sqrt(5)) / 20, (5 - np.sqrt(5)) / 20
-# Barycentric coordinates of the first point of each orbit, and its share of the volume. 1 and 4 points,
-# exact to degree 1 and 2, are those of C3D4 and C3D10 (Hammer & Stroud 1956); 14, to degree 5, are
-# Walkington's (2000).
+# By rule, barycentric coordinates of the first point of each orbit, and each point's fraction of the
+# volume. 1 and 4 points, exact to degree 1 and 2, are those of C3D4 and C3D10 (Hammer & Stroud 1956); 14,
+# exact to degree 5, are Walkington's (2000).
 _A, _B, _C = 0.3108859192633006, 0.0927352503108912, 0.0455037041256496
 _ORBITS = {
     1: (((0.25, 0.25, 0.25, 0.25), 1.0),),
@@ -25,21 +25,21 @@ _ORBITS = {
     ),
 }
 _CORNER_SLOPES = np.concatenate([-np.ones((1, 3)), np.eye(3)])
-# Points in C3D10: those at which Abaqus and CalculiX integrate, and those with which K_I is 0.4 % more and
-# less noisy, and quarter points carry uniform strain exactly.
+# Number of points in C3D10: 4 as in Abaqus and CalculiX; with 14, K_I is 0.4 % larger and less noisy, and
+# quarter points carry uniform strain exactly.
 DECK_RULE, FULL_RULE = 4, 14
-# Radon's rule of 7 points on a triangle, degree 5: a coordinate that two corners share and the weight, of
-# each orbit of three points, then the centre's weight.
+# Radon's rule of 7 points on a triangle, degree 5: of each orbit of three points the coordinate that two
+# corners share and the weight; then the centre's weight.
 _TRIANGLE, _CENTRE_WEIGHT = (
     ((0.47014206410511505, 0.13239415278850616), (0.10128650732345633, 0.12593918054482717)),
     0.225,
 )
-_PARTS = 3  # of each side of a free face: fields vary as the root of the distance to the front
-AT_ONCE = 10_000  # elements that are worked on at once: arrays of some 10 MB
+_PARTS = 3  # parts of each side of a free face: fields vary as the root of the distance to the front
+AT_ONCE = 10_000  # elements that are processed at once: arrays of some 10 MB
 
 
 def tet_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rule of 1, 4 or 14 points: barycentric coordinates (q, 4), weights (q,) of sum 1/6."""
+    """Return the rule of 1, 4 or 14 points: barycentric coordinates (q, 4) and weights (q,) of sum 1/6."""
     places, weights = [], []
     for first, share in _ORBITS[points]:
         orbit = sorted(set(permutations(first)), reverse=True)
@@ -49,9 +49,9 @@ def tet_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:
-    """Return the slopes (q, width, 3) of the shape functions of 4 or 10 nodes at barycentric places (q, 4).
+    """Return the slopes (q, width, 3) of shape functions of 4 or 10 nodes at barycentric places (q, 4).
 
-    They are derivatives by the coordinates of the corners 2, 3 and 4; mid nodes in Abaqus' order.
+    Slopes are derivatives by the coordinates of the corners 2, 3 and 4; mid nodes are in Abaqus' order.
     """
     if width == 4:
         return np.repeat(_CORNER_SLOPES[None], len(places), axis=0)
@@ -62,7 +62,7 @@ def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:
 
 
 def shape_values(places: np.ndarray) -> np.ndarray:
-    """Return the values (q, 10) of the shape functions of 10 nodes at barycentric places (q, 4)."""
+    """Return the values (q, 10) of 10-node shape functions at barycentric places (q, 4)."""
     a, b = EDGE_CORNERS.T
     return np.hstack([places * (2 * places - 1), 4 * places[:, a] * places[:, b]])
 
@@ -70,7 +70,7 @@ def shape_values(places: np.ndarray) -> np.ndarray:
 class FaceRules(NamedTuple):
     """Points on the four faces: value (4, p, 10), slope (4, p, 10, 3), weight (p,), outward (4, 3).
 
-    share (p, 3): barycentric coordinates by the face's corners.
+    share (p, 3): barycentric coordinates on the face.
     """
 
     value: np.ndarray
@@ -81,7 +81,7 @@ class FaceRules(NamedTuple):
 
 
 def face_rules() -> FaceRules:
-    """Return the points on the four faces; weights add up to 1 / 2, outward is twice the area's vector."""
+    """Return points on the four faces; weights add up to 1 / 2, outward is twice the face's area vector."""
     flat, weight = triangle_points()
     on_face = np.column_stack([1 - flat.sum(axis=1), flat])
     share = np.zeros((4, len(flat), 4))
@@ -111,9 +111,9 @@ def triangle_points() -> tuple[np.ndarray, np.ndarray]:
 
 
 def jacobians(points: np.ndarray, tets: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Return the derivatives (m, q, 3, 3) of places in elements (m, k) by the elements' own coordinates.
+    """Return the derivatives (m, q, 3, 3) of position in elements (m, k) by the element's own coordinates.
 
-    slopes (q, k, 3), or (m, q, k, 3): as `shape_slopes` gives them; row i is that of coordinate i in space.
+    slopes (q, k, 3), or (m, q, k, 3): from `shape_slopes`; row i of a result is for spatial coordinate i.
     """
     corners = points[tets] - points[tets[:, :1]]  # slopes add up to 0, so any point may be the origin
     return corners[:, None].swapaxes(2, 3) @ slopes
@@ -125,15 +125,15 @@ def determinants(jacobian: np.ndarray) -> np.ndarray:
 
 
 def parts_of(rows: np.ndarray, size: int = AT_ONCE) -> Iterator[np.ndarray]:
-    """Yield rows (k,) in parts of a size."""
+    """Yield rows (k,) in parts of at most `size`."""
     return (rows[first : first + size] for first in range(0, len(rows), size))
 
 
 def smallest_jacobians(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """Return the least Jacobian determinant (m,) over the points at which solvers integrate an element.
 
-    tets (m, 4) or (m, 10) in Abaqus' order. An element with straight edges and mid nodes in their middles
-    has six times its volume at every point.
+    tets (m, 4) or (m, 10) in Abaqus' order. For an element with straight edges and mid nodes in their
+    middles it is six times the volume at every point.
     """
     width = tets.shape[1]
     slopes = shape_slopes(tet_rule(1 if width == 4 else 4)[0], width)
@@ -142,9 +142,9 @@ def smallest_jacobians(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
 
 
 class FacePoints(NamedTuple):
-    """Points on faces (f,) of elements: value (q, k) of the nodes' shape functions there, place (f, q, 3).
+    """Points on faces (f,): value (q, k) of the nodes' shape functions there, place (f, q, 3).
 
-    area (f, q, 3): outward normals times the parts of the area that the points stand for.
+    area (f, q, 3): outward normals times the part of the area that each point represents.
     """
 
     value: np.ndarray
@@ -153,7 +153,7 @@ class FacePoints(NamedTuple):
 
 
 def face_points(nodes: np.ndarray, rule: tuple[np.ndarray, np.ndarray] | None = None) -> FacePoints:
-    """Return the points of a rule, by default `triangle_points`, on faces with nodes (f, 3 or 6, 3)."""
+    """Return points on faces with nodes (f, 3 or 6, 3), of a rule or by default `triangle_points`."""
     points, weights = rule or triangle_points()
     areas = np.column_stack([1 - points.sum(axis=1), points])
     turns = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
@@ -170,7 +170,7 @@ def face_points(nodes: np.ndarray, rule: tuple[np.ndarray, np.ndarray] | None = 
 def corner_shares(corners: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return barycentric coordinates (f, q, 3) of places (f, q, 3) in flat faces with corners (f, 3, 3).
 
-    The parameters of a face's shape functions are others where a mid node is a quarter point.
+    They differ from the parameters of a face's shape functions where a mid node is a quarter point.
     """
     sides = corners[:, 1:] - corners[:, :1]
     shares = (places - corners[:, :1]) @ np.linalg.pinv(sides)

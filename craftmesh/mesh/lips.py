@@ -1,4 +1,4 @@
-"""A crack's two lips: which of their nodes lie in one place, and the crack's normal at its front."""
+"""The lips (faces) of a crack: pairs of nodes at one point, and the crack's normal at its front."""
 
 from dataclasses import dataclass, replace
 
@@ -16,11 +16,11 @@ from craftmesh.types import BOX_PLANES, TetMesh
 
 @dataclass(frozen=True, eq=False)
 class LipPairs:
-    """nodes (p, 2): on lip A and on lip B; normal (p, 3): unit, from lip B to lip A.
+    """Pairs of lip nodes: nodes (p, 2) on lip A and on lip B; normal (p, 3): unit, from lip B to lip A.
 
-    faces (2, f, 2): those of lip A that lie on one of lip B, and that one; facets (f, 3 or 6): the pair of
-    each of their nodes, in the order of lip A's `face_nodes`, -1 at nodes that the lips share: those of the
-    front; turn (f, 3 or 6): the places of the same nodes among lip B's.
+    faces (2, f, 2): faces of lip A that coincide with a face of lip B, and that face; facets (f, 3 or 6):
+    the pair of each of their nodes, in the order of lip A's `face_nodes`, -1 at nodes that both lips share,
+    on the front; turn (f, 3 or 6): position of the same nodes among lip B's.
     """
 
     nodes: np.ndarray
@@ -30,12 +30,12 @@ class LipPairs:
     turn: np.ndarray
 
     def gaps(self, displacement: np.ndarray) -> np.ndarray:
-        """Return how far (p,) a displacement (n, 3) parts the lips; negative where they overlap."""
+        """Return the gap (p,) by which a displacement (n, 3) opens each pair, < 0 if lips overlap."""
         a, b = self.nodes.T
         return np.einsum("pi,pi->p", self.normal, displacement[a] - displacement[b])
 
     def forces(self, push: np.ndarray, shape: tuple) -> np.ndarray:
-        """Return the forces (n, 3) at the nodes of that shape whose pairs push apart by `push` (p,)."""
+        """Return the forces at nodes, of shape (n, 3), for pairs that push apart by `push` (p,)."""
         out = np.zeros(shape)
         np.add.at(out, self.nodes[:, 0], push[:, None] * self.normal)
         np.add.at(out, self.nodes[:, 1], -push[:, None] * self.normal)
@@ -43,7 +43,7 @@ class LipPairs:
 
 
 def lip_pairs(mesh: TetMesh) -> LipPairs:
-    """Return the pairs of all cracks of a mesh; lips that do not lie on each other have none."""
+    """Return the pairs of all cracks of a mesh; faces of lips that do not coincide have none."""
     faces = lip_faces(mesh.face_sets)
     nodes = [face_nodes(mesh.tets, rows) for rows in faces]
     place = _places(mesh.points, nodes)
@@ -67,7 +67,7 @@ def lip_pairs(mesh: TetMesh) -> LipPairs:
 
 
 def _places(points: np.ndarray, nodes: list[np.ndarray]) -> list[np.ndarray]:
-    """Return numbers of the places of nodes, the same for nodes in one place."""
+    """Return a number for the position of each node, equal for nodes at one point; shapes as `nodes`."""
     flat = np.concatenate([own.ravel() for own in nodes])
     _, place = np.unique(points[flat], axis=0, return_inverse=True)
     parts = np.split(place.ravel(), [nodes[0].size])
@@ -75,10 +75,10 @@ def _places(points: np.ndarray, nodes: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def lips_apart(mesh: TetMesh, opening: float) -> TetMesh:
-    """Return the mesh with nodes of lips that share a place moved by opening / 2, each into its own side.
+    """Return the mesh with nodes of lips that share a point moved by opening / 2, each into its own side.
 
-    opening: in model units. Nodes of the front share no place and stay; those on planes of the box stay on
-    these. Raises CraftmeshError where the move turns an element inside out.
+    opening: in model units. Nodes of the front share no point and stay; nodes on box planes stay on these.
+    Raises CraftmeshError if the move inverts an element.
     """
     faces = np.concatenate(lip_faces(mesh.face_sets))
     nodes = face_nodes(mesh.tets, faces)
@@ -94,28 +94,28 @@ def lips_apart(mesh: TetMesh, opening: float) -> TetMesh:
     turned = np.count_nonzero(smallest_jacobians(points, mesh.tets) <= 0)
     if turned:
         raise CraftmeshError(
-            f"lips moved {opening:.6g} apart turn {turned} elements inside out; give a smaller opening"
+            f"lips moved {opening:.6g} apart invert {turned} elements; give a smaller opening"
         )
     return replace(mesh, points=points)
 
 
-# Lip nodes within as many local sizes shape the surface at a front node; nearer ones count more. The wide
-# reach holds where its quadric leaves no more than SMOOTH local sizes (rms) of the nodes: on a lens of ten
-# edges radius, where it leaves 0.003, normals err by 0.13 degrees (rms) with it and by 0.25 with the other;
-# of five edges, 0.008, by 0.3 and 1.0. A kink of 5 degrees two edges behind the front, as growth leaves it,
-# also leaves 0.008, and would turn them by 1.5 degrees with the wide one, by 0.4 with the other.
+# Reach in local sizes within which lip nodes shape the surface at a front node; nearer ones count more.
+# WIDE holds where its quadric deviates by at most SMOOTH local sizes (rms) from the nodes: on a lens of ten
+# edges radius, where it deviates by 0.003, normals err by 0.13 degrees (rms) with WIDE and by 0.25 with
+# REACH; of five edges, 0.008, by 0.3 and 1.0. A kink of 5 degrees two edges behind the front, as growth
+# leaves it, also gives 0.008, and would turn normals by 1.5 degrees with WIDE, by 0.4 with REACH.
 WIDE, REACH = 5.0, 3.0
 SMOOTH = 0.008
-# Nodes whose own normals differ by more lie behind a kink, and the surface at the front is another one.
+# Least cosine between normals of a lip node and the front; nodes beyond it lie behind a kink.
 SAME_SHEET = np.cos(np.radians(25))
-# A slope and three curvatures need as many nodes; with fewer the facets at the front decide alone.
+# Fewest nodes for a quadric's slope and three curvatures; with fewer, only the facets at the front count.
 LEAST_NODES = 6
 
 
 def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return unit normals (k, 3) from lip B to lip A at front nodes (k,) with their tangents and sizes.
+    """Return unit normals (k, 3) from lip B to lip A at front nodes (k,) of given tangents and sizes.
 
-    The mean of the facets that touch the front lags by half a facet on a curved crack. A quadric through
+    On a curved crack the mean of the facets that touch the front lags by half a facet. A quadric through
     the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
     corrects that mean.
     """
@@ -142,9 +142,9 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
 
 
 def _fitted(x: np.ndarray, y: np.ndarray, z: np.ndarray, reach: float) -> tuple[float, float]:
-    """Return dz/dx at the origin of the quadric through it, level along y, nearest to points within reach.
+    """Return dz/dx at the origin of a fitted quadric through it, level along y, and its rms deviation.
 
-    And how far these are off it, rms.
+    x, y, z: points; those within `reach` count.
     """
     weight = np.clip(1 - (x * x + y * y + z * z) / reach**2, 0, None)
     if np.count_nonzero(weight) < LEAST_NODES:

@@ -1,4 +1,4 @@
-"""Sets of a mesh by their names: lips, fronts, and the node sets that follow from the face sets."""
+"""Sets of a mesh by name: lips, fronts, and the node sets that follow from the face sets."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -15,17 +15,17 @@ _FRONT = re.compile(r".+_FRONT(_\d+)?")
 
 
 def is_lip(name: str) -> bool:
-    """Tell whether a face set is a lip: CRACK_LIP_A, CRACK_2_LIP_B and their like."""
+    """Return whether a face set is a lip: CRACK_LIP_A, CRACK_2_LIP_B and similar names."""
     return _LIP.fullmatch(name) is not None
 
 
 def is_front(name: str) -> bool:
-    """Tell whether a node set is a front, whose order counts: CRACK_FRONT, CRACK_FRONT_1, CRACK_2_FRONT."""
+    """Return whether a node set is an ordered front: CRACK_FRONT, CRACK_FRONT_1, CRACK_2_FRONT."""
     return _FRONT.fullmatch(name) is not None
 
 
 def lip_faces(face_sets: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the faces (k, 2) of all lips A and those of all lips B, crack by crack."""
+    """Return the faces (k, 2) of all lips A, and the faces of all lips B, crack by crack."""
     none = np.zeros((0, 2), np.int64)
     lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
     a, b = (
@@ -36,7 +36,7 @@ def lip_faces(face_sets: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarr
 
 
 def own_lips(face_sets: Mapping[str, np.ndarray], tets: np.ndarray, front: np.ndarray) -> dict:
-    """Return the lips, by name, of the crack whose lip A holds the most nodes of a front (k,)."""
+    """Return the lips, by name, of the crack whose lip A contains the most nodes of a front (k,)."""
     held = {
         name[:-1]: np.isin(front, face_nodes(tets, faces)).sum()
         for name, faces in face_sets.items()
@@ -47,7 +47,7 @@ def own_lips(face_sets: Mapping[str, np.ndarray], tets: np.ndarray, front: np.nd
 
 
 def crack_sets(lips: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the face sets of cracks' lips A and B (k, 2): plain names of one crack, numbers of several."""
+    """Return face sets of the lips A and B (k, 2) of cracks; several cracks are numbered in their names."""
     if len(lips) == 1:
         return dict(zip(LIPS, lips[0]))
     return {
@@ -60,10 +60,10 @@ def crack_sets(lips: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.nd
 def node_sets_of(tets: np.ndarray, face_sets: Mapping, fronts: list) -> dict[str, np.ndarray]:
     """Return the node sets of the box, of the cracks' lips and of their ordered fronts.
 
-    A plane's set holds the nodes of its faces; edges (XMIN_YMIN) and corners (XMIN_YMIN_ZMIN) are
-    common to two and three planes. fronts: (ordered nodes, closed?); CRACK_FRONT holds them one after
-    the other, and each is CRACK_FRONT_<k> too, from 1, when there are several; CRACK_<k>_FRONT holds those
-    of one crack when there are several. Empty sets are left out.
+    A plane's set holds the nodes of its faces; edges (XMIN_YMIN) and corners (XMIN_YMIN_ZMIN) are common to
+    two and three planes. fronts: (ordered nodes, closed?). CRACK_FRONT holds all fronts one after the
+    other; with several fronts each is also CRACK_FRONT_<k>, from 1; with several cracks CRACK_<k>_FRONT
+    holds the fronts of one. Empty sets are left out.
     """
     sides = [name for name in face_sets if is_lip(name)]
     sets = {

@@ -1,4 +1,4 @@
-"""The paper's table for a mesh: size, shape of the elements, volume of the grains, crack."""
+"""The paper's table for a mesh: size, shape of elements, volumes of grains, crack."""
 
 from collections.abc import Mapping
 
@@ -14,18 +14,18 @@ from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import total_area, volume_drift
 from craftmesh.types import TetMesh, Voxels
 
-MOST_DRIFT = 0.05  # of a grain's volume; grains of sound decks drift by 1 % at most (the examples' worst)
+MOST_DRIFT = 0.05  # largest relative change of a grain's volume; the examples' grains drift by at most 1 %
 _ASPECT_EDGES = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0, 20.0, np.inf)
 _ANGLE_EDGES = tuple(range(0, 181, 10))
 
 
 def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
-    """Return what quality.json holds: plain numbers, shares in percent, angles in degrees.
+    """Return the content of quality.json: plain numbers, percentages, angles in degrees.
 
-    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see `mesh/shape_measures`.
-    `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point (4-node
-    elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares each
-    grain's volume with its voxels'. `flat`: see `flat_tets`.
+    Aspect ratio: longest edge over smallest altitude, as in TetGen. Poor elements: see
+    `mesh/shape_measures`. `jacobian_not_positive` counts elements with a Jacobian <= 0 at an integration
+    point (4-node elements and straight 10-node elements: with a volume <= 0). With voxels, `volume_drift`
+    compares each grain's volume with its voxels'. `flat`: see `flat_tets`.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
     measures = shape_measures(mesh.points, corners)
@@ -60,11 +60,11 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
 
 
 def _drift_from_voxels(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) -> dict:
-    """Return how far each grain's volume is from its voxels', relative to the latter.
+    """Return relative differences of the grains' volumes from their voxels' volumes.
 
-    grain, volume (m,) of the elements. `mean`, `p95` and `worst` are of absolute values over the
-    grains in the voxels (a missing grain drifts by -1); `worst_over_500_voxels` leaves small grains
-    out; `without_voxels` lists grains of the mesh that the voxels lack.
+    grain, volume (m,) of the elements. `mean`, `p95` and `worst` are of absolute values over the grains in
+    the voxels (a missing grain drifts by -1); `worst_over_500_voxels` leaves small grains out;
+    `without_voxels` lists grains of the mesh that the voxels lack.
     """
     labels, count = np.unique(voxels.labels[voxels.labels > 0], return_counts=True)
     ids, of = np.unique(grain, return_inverse=True)
@@ -85,7 +85,7 @@ def _drift_from_voxels(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) ->
 
 
 def drift_sentence(drift: Mapping) -> str | None:
-    """Return one line on the grains of a `volume_drift` that are off by over MOST_DRIFT; None without."""
+    """Return a sentence on grains of a `volume_drift` that are off by over MOST_DRIFT; None if none is."""
     far = {grain: off for grain, off in drift.get("by_grain", {}).items() if abs(off) > MOST_DRIFT}
     if not far:
         return None

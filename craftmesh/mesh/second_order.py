@@ -1,4 +1,4 @@
-"""From 4-node to 10-node tetrahedra."""
+"""Conversion of 4-node to 10-node tetrahedra, and quarter points."""
 
 import numpy as np
 
@@ -14,15 +14,15 @@ from craftmesh.types import TetMesh
 def as_elements(mesh: TetMesh, element: str, quarter_points: bool = False) -> tuple[TetMesh, dict]:
     """Return `mesh` with the nodes of `element`, C3D4 or C3D10, and a report.
 
-    4-node meshes become 10-node ones for C3D10, with quarter points at the crack front if asked for (see
-    `move_to_quarter_points`). Raises CraftmeshError when 10-node meshes should become C3D4, or 4-node
-    elements have quarter points.
+    4-node meshes become 10-node meshes for C3D10, with quarter points at the crack front if asked for (see
+    `move_to_quarter_points`). Raises CraftmeshError if a 10-node mesh should become C3D4, or if 4-node
+    elements should have quarter points.
     """
     if element == "C3D10" and mesh.tets.shape[1] == 4:
         mesh = raise_order(mesh)
     if mesh.tets.shape[1] != int(element[3:]):
         raise CraftmeshError(
-            f"element: {element}, but the mesh has {mesh.tets.shape[1]} nodes each; use C3D10"
+            f"element is {element}, but the mesh has {mesh.tets.shape[1]}-node tetrahedra; use C3D10"
         )
     report = {"element": element, "nodes": len(mesh.points), "elements": len(mesh.tets)}
     if not quarter_points:
@@ -34,14 +34,14 @@ def as_elements(mesh: TetMesh, element: str, quarter_points: bool = False) -> tu
 
 
 def raise_order(mesh: TetMesh) -> TetMesh:
-    """Return `mesh` with a shared node midway on each edge, in Abaqus' order 12 23 31 14 24 34.
+    """Return `mesh` with a shared mid node on each edge, in Abaqus' order 12 23 31 14 24 34.
 
-    Corner nodes keep their ids. Mid nodes join the sets of the box, of the lips and of the fronts
-    (between their corners); other node sets stay as they are. An edge across the crack whose ends are
-    both on the front gets one mid node per lip. Raises CraftmeshError when the mesh has 10 nodes already.
+    Corner nodes keep their ids. Mid nodes join the sets of the box, of the lips and of the fronts (between
+    their corners); other node sets stay as they are. An edge across the crack whose ends are both on the
+    front gets one mid node per lip. Raises CraftmeshError if the mesh already has 10-node elements.
     """
     if mesh.tets.shape[1] != 4:
-        raise CraftmeshError("the mesh has 10-node tetrahedra already; expected 4-node ones")
+        raise CraftmeshError("the mesh already has 10-node tetrahedra; expected 4-node ones")
     groups = group_edges(tet_edges(mesh.tets))
     mid = _open_chords(mesh, groups.index.reshape(-1, 6), len(groups.lead))
     lead = np.empty(mid.max(initial=-1) + 1, np.int64)
@@ -55,10 +55,10 @@ def raise_order(mesh: TetMesh) -> TetMesh:
 
 
 def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
-    """Return `edge` (m, 6) with a new number for the second lip of edges between two front nodes.
+    """Return `edge` (m, 6) with a new number on the second lip for edges between two front nodes.
 
-    Elements around such an edge belong together when they share a face at it; the first component
-    keeps the edge's number, others get numbers from `count` on.
+    Elements around such an edge belong together if they share a face at it. The first component keeps the
+    edge's number, others get numbers from `count` on.
     """
     on_front = np.zeros(len(mesh.points), bool)
     on_front[mesh.node_sets.get("CRACK_FRONT", [])] = True
@@ -78,11 +78,11 @@ def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
 def move_to_quarter_points(mesh: TetMesh) -> tuple[TetMesh, dict]:
     """Move mid nodes of edges with one end on CRACK_FRONT to a quarter of the edge from that end.
 
-    The displacements of such elements grow with the square root of the distance to the front, as those
-    at a crack do (Henshell & Shaw 1975; Barsoum 1976). Front edges, edges between two front nodes and
-    all other nodes keep their places. A mid node stays where it is, and so does its twin on the other
-    lip, when an element at either would get a Jacobian <= 0 at an integration point. mesh: 10-node
-    tetrahedra. Return the mesh and the counts `quarter_points` and `quarter_points_refused`.
+    Displacements in such elements grow with the square root of the distance to the front, as near a crack
+    (Henshell & Shaw 1975; Barsoum 1976). Mid nodes of front edges and of edges between two front nodes, and
+    all other nodes, stay. A mid node and its twin on the other lip also stay if moving them would give an
+    element at either a Jacobian <= 0 at an integration point. mesh: 10-node tetrahedra. Returns the mesh
+    and the counts `quarter_points` and `quarter_points_refused`.
     """
     mid, front, other = _front_edges(mesh)
     points = mesh.points.copy()
@@ -107,7 +107,7 @@ def move_to_quarter_points(mesh: TetMesh) -> tuple[TetMesh, dict]:
 
 
 def _front_edges(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mid node, end on the front and other end of the edges with exactly one end on the front."""
+    """Return mid node, end on the front and other end of the edges that have only one end on the front."""
     on_front = np.zeros(len(mesh.points), bool)
     on_front[mesh.node_sets.get("CRACK_FRONT", [])] = True
     tets = mesh.tets[on_front[mesh.tets].any(axis=1)]

@@ -1,4 +1,4 @@
-"""Shape of tetrahedra: measures, what counts as poor and as flat, and whether a wedge forces a flat one."""
+"""Shape of tetrahedra: measures, which are poor or flat, and whether a surface wedge forces a flat one."""
 
 import numpy as np
 
@@ -8,20 +8,20 @@ from craftmesh.surface.connectivity import joined
 from craftmesh.types import TetMesh
 
 LEAST_SHAPE_FACTOR = 0.02
-# Dihedral angles in degrees.
+# Dihedral angles in degrees beyond which an element is poor.
 LEAST_DIHEDRAL = 10.0
 LARGEST_DIHEDRAL = 160.0
-# A flat element is so poor that its stresses mean nothing: it is named with its place.
+# Limits of flat elements, whose stresses mean nothing: they are named with their places.
 FLAT_SHAPE_FACTOR = 0.005
 FLAT_DIHEDRALS = (5.0, 172.0)
-MAX_NAMED = 100  # flat elements that are named at most, the flattest first
+MAX_NAMED = 100  # most flat elements that are named, the flattest first
 
 
 def shape_measures(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """Return (m, 5): volume, aspect ratio, smallest and largest dihedral in degrees, shape factor.
 
-    Aspect ratio: longest edge over smallest altitude; infinite for a flat element. Shape factor:
-    volume over that of the regular tetrahedron with the same circumsphere; 0 when flat.
+    Aspect ratio: longest edge over smallest altitude; infinite for a flat element. Shape factor: volume
+    over the volume of the regular tetrahedron with the same circumsphere; 0 if flat.
     """
     measures = np.empty((len(tets), 5))
     fill_measures(np.ascontiguousarray(points), np.ascontiguousarray(tets, np.int64), measures)
@@ -29,7 +29,7 @@ def shape_measures(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
 
 
 def poor_parts(measures: np.ndarray) -> dict[str, np.ndarray]:
-    """Return (m,) bool for each reason to call an element poor, from `shape_measures` (m, 5)."""
+    """Return a mask (m,) for each reason to call an element poor, from `shape_measures` (m, 5)."""
     low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
     return {
         "shape_factor": factor < LEAST_SHAPE_FACTOR,
@@ -39,24 +39,24 @@ def poor_parts(measures: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def is_poor(measures: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: elements that are poor for any reason, from `shape_measures` (m, 5)."""
+    """Return a mask (m,) of elements that are poor for any reason, from `shape_measures` (m, 5)."""
     return np.logical_or.reduce(list(poor_parts(measures).values()))
 
 
 def is_flat(measures: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: elements that are flat, from `shape_measures` (m, 5)."""
+    """Return a mask (m,) of flat elements, from `shape_measures` (m, 5)."""
     low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
     return (factor < FLAT_SHAPE_FACTOR) | (low < FLAT_DIHEDRALS[0]) | (high > FLAT_DIHEDRALS[1])
 
 
 def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
-    """Return what quality.json says of flat elements: `count`, `forced` and `places`.
+    """Return the entry of quality.json on flat elements: `count`, `forced` and `places`.
 
     Each place has the grain, the centre, the smallest and largest dihedral angle in degrees, the shape
-    factor and the sharpest wedge of the grain, in degrees, at an edge of the element (None without one on
-    the grain's surface or the crack). A wedge under 5 degrees forces the element; `forced` counts these
-    among the places, of which there are at most 100, the flattest first. measures: those of
-    `shape_measures` (m, 5), where they are known already.
+    factor and the sharpest wedge of the grain, in degrees, at an edge of the element (None if no edge is on
+    the grain's surface or the crack). A wedge under 5 degrees forces the element. `forced` counts these
+    among the places, of which there are at most 100, the flattest first. measures (m, 5): from
+    `shape_measures`, if already known.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
     if measures is None:
@@ -85,7 +85,7 @@ def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
 
 
 def flat_sentence(flat: dict) -> str | None:
-    """Return one line on the flat elements of `flat_tets`: how many, why, and where; None without any."""
+    """Return a sentence on the flat elements of `flat_tets`: number, cause and places; None without any."""
     if not flat["count"]:
         return None
     low, high = FLAT_DIHEDRALS
@@ -102,9 +102,9 @@ def flat_sentence(flat: dict) -> str | None:
 
 
 def _wedge(points: np.ndarray, tets: np.ndarray, corners: np.ndarray, edge: np.ndarray) -> float | None:
-    """Return the angle in degrees that tets (m, 4) fill round an edge of one of them, corners (4,).
+    """Return the angle in degrees that tets (m, 4) fill around an edge of the tet `corners` (4,).
 
-    Those count that hang together with it by faces at the edge; None where they close the round.
+    Tets connected to it by faces at the edge count; None if they surround the edge.
     """
     a, b = corners[edge]
     tets = tets[(tets == a).any(axis=1) & (tets == b).any(axis=1)]

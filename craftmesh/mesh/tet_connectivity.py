@@ -1,4 +1,4 @@
-"""Faces and edges of tetrahedra in Abaqus' numbering, and how they meet; computed, never stored."""
+"""Faces and edges of tetrahedra in Abaqus' numbering, and their connections; computed, never stored."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,14 @@ from craftmesh.mesh.kernels.row_groups import group_rows
 from craftmesh.surface.connectivity import in_order, joined
 from craftmesh.types import TetMesh
 
-# Corners of S1..S4; by the right-hand rule their normals point into an element of positive volume.
+# Corners of faces S1..S4; by the right-hand rule their normals point into an element of positive volume.
 FACE_CORNERS = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
 # Corners of the edges that carry the mid nodes 5..10.
 EDGE_CORNERS = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
-OFF_EDGE = EDGE_CORNERS[[5, 3, 4, 1, 2, 0]]  # the corners that each edge lacks
-# Edges of S1..S4 from each corner to the next.
+OFF_EDGE = EDGE_CORNERS[[5, 3, 4, 1, 2, 0]]  # for each edge, the two corners that are not on it
+# Edges of faces S1..S4, each from one corner to the next.
 FACE_EDGES = np.array([[0, 1, 2], [3, 4, 0], [4, 5, 1], [5, 3, 2]])
-# Nodes of S1..S4 by the number of an element's nodes: the corners, then the mid nodes of those edges.
+# Nodes of faces S1..S4 by the element's number of nodes: the corners, then the mid nodes of those edges.
 FACE_NODES = {4: FACE_CORNERS, 10: np.hstack([FACE_CORNERS, 4 + FACE_EDGES])}
 
 
@@ -78,7 +78,7 @@ def half_face_nodes(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def group_triples(triples: np.ndarray) -> RowGroups:
-    """Group triangles (k, 3) that have the same three corners, whatever their order."""
+    """Group triangles (k, 3) that have the same three corners, in any order."""
     a, b, c = (np.asarray(triples[:, i], np.int64) for i in range(3))
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     stride = int(high.max()) + 1 if len(high) else 0
@@ -87,9 +87,9 @@ def group_triples(triples: np.ndarray) -> RowGroups:
 
 
 def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.ndarray, np.ndarray]:
-    """Group the half faces of tets and the facets (k, 3), whose rows follow, by their corners.
+    """Group the half faces of tets and the facets (k, 3) by their corners; facets' rows come last.
 
-    Return the groups, the last facet in each (g,), below 0 for none, and the rows but for that (g,).
+    Returns the groups, the last facet in each (g,), below 0 for none, and the number of other rows (g,).
     """
     groups = group_triples(np.concatenate([half_faces(tets[:, :4]), facets]))
     facet = groups.order[groups.first[1:] - 1] - 4 * len(tets)
@@ -97,9 +97,10 @@ def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.nd
 
 
 def told_apart(number: np.ndarray, part: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number (k,) of each place, new ones from `count` on in parts beyond its number's first.
+    """Return numbers (k,) in which the parts of one number differ, and the old number of each new one.
 
-    part (k,): of each place, from 0 in the order of first places. Also what the new ones were before.
+    number, part (k,): of each place; parts are numbered from 0 in the order of their first places. The
+    first part of a number keeps it, the others get new numbers from `count` on.
     """
     first = np.unique(part, return_index=True)[1]
     old = number[first]
@@ -111,19 +112,19 @@ def told_apart(number: np.ndarray, part: np.ndarray, count: int) -> tuple[np.nda
 
 
 def group_edges(edges: np.ndarray) -> RowGroups:
-    """Group edges (k, 2) that have the same two ends, whatever their order."""
+    """Group edges (k, 2) that have the same two ends, in either order."""
     a, b = (np.asarray(edges[:, i], np.int64) for i in range(2))
     stride = int(edges.max()) + 1 if len(edges) else 0
     return RowGroups(*group_rows(np.minimum(a, b), np.maximum(a, b), stride))
 
 
 def face_nodes(tets: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the nodes of `faces` (k, 2) rows (tet, face): (k, 3) corners, or (k, 6) with the mid nodes."""
+    """Return the nodes of faces (k, 2), rows (tet, face): (k, 3) corners, or (k, 6) with the mid nodes."""
     return tets[faces[:, :1], FACE_NODES[tets.shape[1]][faces[:, 1]]]
 
 
 def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Return the signed volumes (m,); positive when corners 1, 2, 3 turn right-handed towards corner 4."""
+    """Return signed volumes (m,), positive if corners 1, 2, 3 turn right-handed towards corner 4."""
     a, b, c, d = (points[tets[:, i]] for i in range(4))
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
@@ -131,20 +132,20 @@ def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
 def dihedral_angles(
     points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
 ) -> np.ndarray:
-    """Return the angles (k,) in radians between faces a, b, c and a, b, d of tets, nodes (k,) each."""
+    """Return the dihedral angles (k,) in radians between faces a, b, c and a, b, d; nodes (k,) each."""
     u, v = (np.cross(points[b] - points[a], points[node] - points[a]) for node in (c, d))
     return np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1))
 
 
 def bodies(mesh: TetMesh) -> np.ndarray:
-    """Return the number (m,) of the body that each element is in, from 0 in the order of first elements."""
+    """Return the number (m,) of each element's connected body, from 0 in the order of first elements."""
     tails = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
     heads = mesh.tets[:, 1:].ravel()
     return in_order(joined(len(mesh.points), tails, heads)[mesh.tets[:, 0]])
 
 
 def severed_sentence(mesh: TetMesh) -> str:
-    """Return how many bodies the mesh is and where all but the largest lie, '' where it is one."""
+    """Return a sentence on the mesh's bodies, with places of all but the largest; "" if it is one body."""
     body = bodies(mesh)
     if not body.any():
         return ""
@@ -155,8 +156,8 @@ def severed_sentence(mesh: TetMesh) -> str:
         own = body == number
         places = mesh.points[mesh.tets[own, :4]].mean(axis=1)
         middle = np.average(places, axis=0, weights=volume[own])
-        told.append(f"volume {size[number]:.4g} round ({', '.join(f'{x:.4g}' for x in middle)})")
+        told.append(f"volume {size[number]:.4g} around ({', '.join(f'{x:.4g}' for x in middle)})")
     return (
-        f"the mesh is {len(size)} bodies, which nothing joins, as where the crack severs it; beside the "
-        f"largest: {'; '.join(told)}"
+        f"the mesh is {len(size)} separate bodies, as where the crack severs it; besides the largest: "
+        f"{'; '.join(told)}"
     )

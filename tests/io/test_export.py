@@ -222,7 +222,7 @@ def test_lips_move_within_the_faces_of_the_box_and_never_through_elements():
         on_box += int((opened.points[nodes] != mesh.points[nodes]).any(axis=1).sum())
     assert on_box > 0 and (tet_volumes(opened.points, opened.tets) > 0).all()
     with pytest.raises(
-        CraftmeshError, match="lips moved 9 apart turn .* inside out; give a smaller opening"
+        CraftmeshError, match="lips moved 9 apart invert .* elements; give a smaller opening"
     ):
         lips_apart(mesh, 9.0)
 

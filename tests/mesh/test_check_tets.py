@@ -146,7 +146,7 @@ def test_a_front_node_that_comes_apart_in_any_way_is_a_breach(data):
     "said, plant",
     [
         ("not on their edges", swapped_mids),
-        ("other mid nodes", split_mid),
+        ("different mid nodes", split_mid),
         ("Jacobian <= 0 at an integration point (the first is tet 0 of grain", folded_mid),
         ("lack a coincident", slipped_lip_mid),
     ],

@@ -4,13 +4,13 @@ import numpy as np
 
 from craftmesh.jit import lean_kernel
 
-# The shape factor is the volume over 8 sqrt3 / 27 R^3, R the radius of the circumsphere.
+# Factor of R^3, R the radius of the circumsphere, in the regular tetrahedron's volume.
 REGULAR = 8.0 * np.sqrt(3.0) / 27.0
 
 
 @lean_kernel
 def _cosine(one, other, areas):
-    """Return the cosine of the dihedral angle between faces of inward normals `one` and `other`."""
+    """Return the cosine of the dihedral angle between two faces of inward normals; areas: their product."""
     if areas == 0.0:
         return 1.0
     inner = one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
@@ -19,7 +19,7 @@ def _cosine(one, other, areas):
 
 @lean_kernel
 def fill_measures(points, tets, measures):
-    """Write the measures (m, 5) of the tets (m, 4): see `shape_measures`."""
+    """Write the measures (m, 5) of the tets (m, 4), the columns of `shape_measures`."""
     for t in range(len(tets)):
         a, b, c, d = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]
         ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
@@ -27,7 +27,7 @@ def fill_measures(points, tets, measures):
         wx, wy, wz = points[d, 0] - points[a, 0], points[d, 1] - points[a, 1], points[d, 2] - points[a, 2]
         rx, ry, rz = vx - ux, vy - uy, vz - uz
         sx, sy, sz = wx - ux, wy - uy, wz - uz
-        # twice the faces' areas long: `of_d` is the normal of the face opposite d
+        # normals of the faces, twice their areas long: `of_d` belongs to the face opposite d
         of_d = (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
         of_c = (wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux)
         of_b = (vy * wz - vz * wy, vz * wx - vx * wz, vx * wy - vy * wx)
