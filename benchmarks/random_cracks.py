@@ -69,15 +69,15 @@ def heading(rows: list[dict]) -> str:
     seeds = sorted(row["seed"] for row in rows)
     lines = [
         "# Random cracks\n",
-        f"What `benchmarks/random_cracks.py` found with {len(rows)} seeds, {seeds[0]} to {seeds[-1]},",
-        f"at {commits}; this page is renewed by\n",
+        f"Results of `benchmarks/random_cracks.py` for {len(rows)} seeds, {seeds[0]} to {seeds[-1]},",
+        f"at the commits {commits}. This command renews the page:\n",
         "```",
         f"python benchmarks/random_cracks.py {seeds[0]} {seeds[-1]} --judge --json rows.jsonl --resume \\",
         "  --markdown docs/random_cracks.md",
         "```\n",
-        "How cases are drawn and what is a fault: [benchmarks](../benchmarks/README.md#random-cracks).",
-        "A crack that meets a face of the box at θ degrees has tetrahedra of an aspect ratio of 1 / sin θ",
-        "at least along its mouth, over 5 below 11.5 degrees, whatever is done.\n\n",
+        "Draw of cases and list of faults: [benchmarks](../benchmarks/README.md#random-cracks).",
+        "If a crack meets a face of the box at θ degrees, no mesh can avoid tetrahedra along its",
+        "mouth with an aspect ratio of at least 1 / sin θ, above 5 below 11.5 degrees.\n\n",
     ]
     return "\n".join(lines)
 
