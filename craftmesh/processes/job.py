@@ -30,16 +30,14 @@ class Limits:
 class Job:
     """`function(shared, task)` for many tasks, each under the limits.
 
-    The functions are a module's own; they and `shared` are pickled. `warm_up(shared)` is called once in
-    each process before the first clock runs, so that time limits do not count compilation. shared_name:
-    what `shared` is, for the error when it cannot be pickled.
+    Tasks and results are pickled. `warm_up(shared)` is called once before there are workers: they share
+    what it loads, and time limits do not count compilation.
     """
 
     function: Callable[[Any, Any], Any]
     shared: Any
     limits: Limits
     warm_up: Callable[[Any], None] | None = None
-    shared_name: str = "what tasks share"
 
 
 class Failure(NamedTuple):

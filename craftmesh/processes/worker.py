@@ -1,11 +1,11 @@
 """Tasks on worker processes that can hang, run out of memory or crash without harm to anyone else."""
 
 import errno
+import gc
 import heapq
 import os
 import pickle
 import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -13,57 +13,42 @@ from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from tempfile import gettempdir
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.processes.job import Failure, Job, limit_memory
+from craftmesh.processes.job import GIGABYTE, Failure, Job, limit_memory
 
-# Seconds for a process to start, imports and warm-up included: the first run compiles all kernels.
-START_LIMIT = 300.0
 DISK_FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
-_START = "import sys; from craftmesh.processes.worker import serve; serve(int(sys.argv[1]))"
 
 
 class Worker:
     """A process that does a job for one task at a time.
 
-    The process has its own address space of at most `job.limits.memory` gigabytes, nowhere to print to and
-    a working folder of its own, which is removed with it (programs leave files behind). Raises
-    CraftmeshError where the job cannot be pickled.
+    The process is a fork of this one, so modules, kernels and what tasks share are there from the start. It
+    may add `job.limits.memory` gigabytes to its address space. It prints nowhere and has a working folder
+    of its own, which is removed with it (programs leave files behind).
     """
 
     def __init__(self, job: Job):
         self.job = job
         self.key: Any = None
-        self.is_ready = False
-        self.deadline = time.monotonic() + START_LIMIT
-        self.connection, child = Pipe()
-        environment = os.environ | {
-            "PYTHONPATH": os.pathsep.join(os.path.abspath(path) for path in sys.path),
-            "OMP_NUM_THREADS": "1",
-            "OPENBLAS_NUM_THREADS": "1",
-            "NUMBA_NUM_THREADS": "1",
-        }
+        self.deadline = 0.0
+        self.status: int | None = None
         self.folder = tempfile.TemporaryDirectory(prefix="craftmesh-")
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", _START, str(child.fileno())],
-            pass_fds=[child.fileno()],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-            cwd=self.folder.name,
-            start_new_session=True,
-        )
+        self.connection, child = Pipe()
+        self.pid = os.fork()
+        if not self.pid:
+            _serve(child, self.folder.name, job)
         child.close()
-        self._send(job)
 
     def start(self, key: Any, task: Any) -> None:
         """Hand over the task known by `key`; its clock starts now."""
         self.key = key
         self.deadline = time.monotonic() + self.job.limits.time
-        self._send(task)
+        with suppress(OSError):  # the process is dead, and the broken connection says so when it is read
+            self.connection.send(task)
 
     def finish(self) -> tuple[Any, float]:
         """Return the key of the task, which is no longer the worker's, and the seconds it took."""
@@ -71,60 +56,54 @@ class Worker:
         return key, time.monotonic() - (self.deadline - self.job.limits.time)
 
     def receive(self) -> tuple[str, Any]:
-        """Return what the process has to say: ("ready" | "done" | "failed" | "died", value)."""
+        """Return what the process has to say: ("done" | "failed" | "died", value)."""
         try:
             kind, value = self.connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
-            return "died", Failure(self._last_words())
-        self.is_ready = True
+            status = self.wait()
+            return "died", Failure(
+                f"ended by signal {-status}" if status < 0 else f"ended with status {status}"
+            )
         return kind, value
+
+    def wait(self) -> int:
+        """Wait for the process and return its status, negative for a signal."""
+        if self.status is None:
+            self.status = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+        return self.status
 
     def kill(self) -> None:
         """End the process and the programs that it runs at once."""
+        if self.status is None:
+            os.kill(self.pid, signal.SIGKILL)
         with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait()
+            os.killpg(self.pid, signal.SIGKILL)
+        self.wait()
         self.connection.close()
         self.folder.cleanup()
 
-    def _send(self, message: Any) -> None:
-        try:
-            payload = pickle.dumps(message)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            self.kill()
-            raise CraftmeshError(
-                f"worker processes cannot receive {self.job.shared_name} ({error}); take classes and "
-                "functions of a module"
-            ) from error
-        try:
-            self.connection.send_bytes(payload)
-        except OSError:
-            # the process is dead: the broken connection says so when it is read
-            return
 
-    def _last_words(self) -> str:
-        status = self.process.wait()
-        return f"ended by signal {-status}" if status < 0 else f"ended with status {status}"
-
-
-def serve(descriptor: int) -> None:
-    """Run tasks that come through the pipe `descriptor` until it closes."""
-    connection = Connection(descriptor)
+def _serve(connection: Connection, folder: str, job: Job) -> NoReturn:
+    """Do tasks that come through the connection until it closes, in a fork, which then ends."""
+    status = 1
     try:
-        job = connection.recv()
-        if job.warm_up is not None:
-            job.warm_up(job.shared)
-        limit_memory(job.limits.memory)
-    except Exception as error:
-        connection.send(("failed", Failure(f"cannot start: {type(error).__name__}: {error}")))
-        return
-    connection.send(("ready", None))
-    while True:
-        try:
-            task = connection.recv()
-        except EOFError:
-            return
-        connection.send(_answer(job, task))
+        gc.freeze()
+        os.setsid()
+        nowhere, own = os.open(os.devnull, os.O_RDWR), connection.fileno()
+        for file in range(3):
+            os.dup2(nowhere, file)
+        os.closerange(3, own)
+        os.closerange(own + 1, os.sysconf("SC_OPEN_MAX"))
+        sys.path[:] = map(os.path.abspath, sys.path)
+        os.chdir(folder)
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        limit_memory(pages * os.sysconf("SC_PAGE_SIZE") / GIGABYTE + job.limits.memory)
+        while True:
+            connection.send(_answer(job, connection.recv()))
+    except EOFError:
+        status = 0
+    finally:
+        os._exit(status)
 
 
 def _answer(job: Job, task: Any) -> tuple[str, Any]:
@@ -157,6 +136,8 @@ def run_tasks(job: Job, tasks: Sequence[tuple[float, Any]], listener: Listener, 
     raises, crashes its process or passes the limit of time goes to `listener.on_failure`; the process is
     replaced and all others go on. Raises CraftmeshError where the system refuses a worker its files.
     """
+    if tasks and job.warm_up:
+        job.warm_up(job.shared)
     pool = _Pool(job, tasks, listener)
     try:
         pool.run(min(max(workers, 1), len(tasks)))
@@ -181,7 +162,7 @@ class _Pool:
             self.staff.append(Worker(self.job))
         while self.queue or any(worker.key for worker in self.staff):
             for worker in self.staff:  # the costliest tasks first
-                if worker.is_ready and worker.key is None and self.queue:
+                if worker.key is None and self.queue:
                     key = heapq.heappop(self.queue)
                     worker.start(key, self.current[key[1]])
             for index, kind, value in self._hear():
@@ -189,9 +170,7 @@ class _Pool:
 
     def _hear(self) -> list[tuple[int, str, Any]]:
         """Wait until a worker speaks or runs out of time; return (index, kind, value) of those workers."""
-        busy = [
-            (index, worker) for index, worker in enumerate(self.staff) if worker.key or not worker.is_ready
-        ]
+        busy = [(index, worker) for index, worker in enumerate(self.staff) if worker.key]
         timeout = min(worker.deadline for _, worker in busy) - time.monotonic()
         spoken = wait([worker.connection for _, worker in busy], max(0.0, timeout))
         heard: list[tuple[int, str, Any]] = []
@@ -206,12 +185,6 @@ class _Pool:
     def _take(self, index: int, kind: str, value: Any) -> None:
         """Take what a worker said, and replace it if it died."""
         worker = self.staff[index]
-        if kind == "ready":
-            return
-        if worker.key is None:
-            raise CraftmeshError(
-                f"a worker process {value.reason}; check memory_limit and the installation"
-            )
         self._settle(worker, kind, value)
         if kind == "died":
             worker.kill()

@@ -43,7 +43,7 @@ def tetrahedralize(
     tried = attempts(options.all_switches, options.interior_points)
     ladder = Ladder(tried, grain_surfaces(surface, grains), options.mesher in BUILT_IN, progress)
     limits = Limits(options.time_limit, options.memory_limit)
-    job = Job(mesh_grain, Setting(options, sizing), limits, compile_kernels, "the sizing or options")
+    job = Job(mesh_grain, Setting(options, sizing), limits, load_kernels)
     run_tasks(job, ladder.tasks(islands or ()), ladder, workers)
     result, report, failures = ladder.grain_tets(), ladder.report(), ladder.failed()
     if failures:
@@ -53,14 +53,25 @@ def tetrahedralize(
     return result, report
 
 
-def compile_kernels(setting: Setting) -> None:
-    """Mesh a small cube once, so that later time limits do not count compilation."""
-    options = replace(setting.options, mesher="tetgen", interior_points=True, optimise=True)
+class FanMesher:
+    """Meshes a convex surface by tetrahedra between its facets and one point inside it."""
+
+    def mesh(
+        self, points: np.ndarray, facets: np.ndarray, *_others: object
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes (n + 1, 3) and tets (m, 4) for points (n, 3) and facets (m, 3)."""
+        centre = np.full(len(facets), len(points))
+        return np.vstack([points, points.mean(axis=0)]), np.column_stack([facets[:, [0, 2, 1]], centre])
+
+
+def load_kernels(setting: Setting) -> None:
+    """Mesh a small cube once, without the mesher, which prints and may crash."""
+    options = replace(setting.options, mesher=f"{__name__}:FanMesher", interior_points=True, optimise=True)
     corners = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), -1).reshape(-1, 3)
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     facets = np.array([[q[i] for i in half] for q in quads for half in ((0, 1, 2), (0, 2, 3))], np.int64)
     cube = GrainSurface(1, np.arange(8), corners, facets, np.zeros(12, bool), np.arange(12))
-    mesh_grain(Setting(options, None), MeshingTask(cube, np.zeros((0, 3)), Attempt("pYq1.4AQ", True)))
+    mesh_grain(Setting(options, None), MeshingTask(cube, np.zeros((0, 3)), Attempt("", True)))
 
 
 def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:

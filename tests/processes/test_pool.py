@@ -1,5 +1,6 @@
 """Tasks run under limits: what they do to their process harms no other task, and all of it is told."""
 
+import mmap
 import os
 import signal
 import time
@@ -27,10 +28,6 @@ def work(shared, task):
         raise OSError(28, "No space left on device")
     open("left behind", "w").close()
     return shared, task, os.getcwd()
-
-
-def refuse(shared):
-    raise RuntimeError(f"no {shared} here")
 
 
 class Ledger:
@@ -91,7 +88,30 @@ def test_no_tasks_need_no_workers():
 def test_faults_of_the_system_end_the_work_with_one_line():
     with pytest.raises(CraftmeshError, match="No space left on device.*temporary folder"):
         run([(1.0, "full disk")])
-    with pytest.raises(CraftmeshError, match="cannot start: RuntimeError: no shared here"):
-        run_tasks(Job(work, "shared", LIMITS, refuse), [(1.0, "a")], Ledger(), 1)
-    with pytest.raises(CraftmeshError, match="cannot receive the recipe"):
-        run_tasks(Job(work, lambda: 0, LIMITS, None, "the recipe"), [(1.0, "a")], Ledger(), 1)
+
+
+def test_workers_have_what_was_loaded_before_them_once():
+    loaded, heard = [], Ledger()
+    job = Job(lambda shared, _: (shared(), os.getpid()), lambda: len(loaded), LIMITS, loaded.append)
+    run_tasks(job, [(1.0, "a"), (1.0, "b")], heard, 2)
+    assert [count for count, _ in heard.results.values()] == [1, 1] and len(loaded) == 1
+    assert os.getpid() not in {pid for _, pid in heard.results.values()}
+
+
+def test_memory_of_the_process_itself_is_none_of_its_workers():
+    held = mmap.mmap(-1, 3 * 2**30)  # address space alone
+    assert list(run([(1.0, "a")], Limits(60.0, 1.0)).results) == ["a"]
+    held.close()
+
+
+def test_workers_keep_no_file_of_their_owner_open():
+    mine, other = os.pipe()
+    heard = Ledger()
+
+    def closed(_, task):
+        os.close(other)
+        return task
+
+    run_tasks(Job(closed, None, LIMITS), [(1.0, "a")], heard, 1)
+    os.close(mine), os.close(other)
+    assert heard.reasons == {"a": "Bad file descriptor"}
