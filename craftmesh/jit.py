@@ -25,6 +25,7 @@ from uuid import uuid4
 from numba import njit, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.errors import TypingError
+from numba.core.runtime import rtsys
 
 from craftmesh.kernel_code import KernelCompiler, code_of_callees
 
@@ -147,10 +148,14 @@ class _KernelCache(FunctionCache):
         self._turn: int | None = None
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return a compiled signature, or None when it is this process' turn to compile and to save it."""
-        found = super().load_overload(sig, target_context)
+        """Return a compiled signature, or None when it is this process' turn to compile and to save it.
+
+        Numba would load here all that it needs to compile, which it does again where it compiles.
+        """
+        rtsys.initialize(target_context)
+        found = self._load_overload(sig, target_context)
         if found is None and self._turn is None and self._waited_for_turn():
-            found = super().load_overload(sig, target_context)
+            found = self._load_overload(sig, target_context)
         if found is not None:
             self._end_turn()
         return found

@@ -84,6 +84,15 @@ def test_a_changed_callee_is_compiled_in_and_old_files_go(package):
     assert not package.files() & before
 
 
+def test_code_from_the_cache_loads_nothing_that_compiles_until_something_must(package):
+    loaded = "\nprint(int('numba.np.random.generator_core' in sys.modules))"
+    script = f"import sys{RUN}{loaded}\nprint(scaled_sum(1.5, 2)){loaded}"
+    assert package.run(script=script) == [9, 0, 1, 10.5, 1]
+    for file in package.kernels.rglob("*.2-*.nbc"):
+        file.unlink()  # the machine code of the second call
+    assert package.run(script=script) == [9, 1, 0, 10.5, 1]
+
+
 @pytest.mark.slow
 def test_the_reason_stands_numba_alone_runs_the_old_callee(tmp_path):
     package = Package(tmp_path, "njit(cache=True)")
