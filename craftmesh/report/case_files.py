@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import front_table, read_front
-from craftmesh.io.json_file import read_json
+from craftmesh.io.json_file import read_json, write_json
 from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
@@ -271,3 +272,24 @@ def last_line(path: Path) -> str:
     """Return the last line of a text file that is not blank, empty without one."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return next((line for line in reversed(lines) if line.strip()), "")
+
+
+def write_records(results: Path, asked: Mapping[str, Any], campaign: str = "the campaign") -> None:
+    """Write into the folder of each case what a campaign asked for: its sheet, and its configuration.
+
+    Records of the campaign's cases that are no longer in its sheet are removed.
+    """
+    if not {"campaign", "config", "cases"} <= asked.keys():
+        raise CraftmeshError(
+            f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
+            " workflow says them; leave --campaign out for cases that have been reported before"
+        )
+    for path in results.glob(f"*/{RECORD}"):  # of cases that the sheet no longer has
+        if path.parent.name not in asked["cases"] and read_json(path).get("campaign") == asked["campaign"]:
+            path.unlink()
+    for name, case in asked["cases"].items():
+        config = asked["config"] | case["settings"]
+        config["cracks"] = {crack: config["cracks"][crack] for crack in case["cracks"]}
+        told = {key: value for key, value in case.items() if key != "settings"}
+        record = {"campaign": asked["campaign"], **told, "config": config, "versions": versions()}
+        write_json(results / name / RECORD, record)

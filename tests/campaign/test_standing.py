@@ -6,8 +6,7 @@ import os
 import pytest
 
 from craftmesh.campaign.standing import jobs, standings
-from craftmesh.commands.report import write_records
-from craftmesh.report.case_files import STAGES
+from craftmesh.report.case_files import STAGES, write_records
 
 GROWS = {
     "campaign": "s.tsv",
