@@ -59,8 +59,8 @@ class _Cost:
     bytes: tuple[float, float, float] = (0, 0, 0)
 
 
-# Python and its libraries take a second and 120 to 250 MB in each job, a worker process as much again; the
-# rest is by voxel, facet and element. A job of `tetrahedralize` is one of two; `report` is one for all.
+# Python and its libraries take a second and 120 to 250 MB in each job; the rest is by voxel, facet and
+# element. A job of `tetrahedralize` is one of two; `report` is one for all.
 _COSTS = {
     "generate": _Cost(2, 150, (10, 0, 0), (30, 0, 0)),
     "import_microstructure": _Cost(1.5, 220, (1, 0, 0), (50, 0, 0)),
@@ -69,7 +69,7 @@ _COSTS = {
     "size": _Cost(1, 125, (0, 0.8, 0), (20, 100, 0)),
     "stitch": _Cost(4.5, 250, (0, 6, 0), (0, 440, 0)),
     "gradate": _Cost(3.2, 300, (0, 14, 1.5), (0, 270, 35)),
-    "tetrahedralize": _Cost(4.7, 420, (0, 0, 11), (0, 0, 50)),
+    "tetrahedralize": _Cost(3.7, 420, (0, 0, 11), (0, 0, 50)),
     "assemble": _Cost(1.6, 260, (0, 0, 18), (0, 0, 420)),
     "inp": _Cost(1.6, 240, (0, 0, 5), (0, 0, 550)),
     "export": _Cost(1.6, 240, (0, 0, 5), (0, 0, 550)),

@@ -19,7 +19,7 @@ class TetrahedralizeOptions(Options):
     interior_points: bool = option(True, "place points inside the grains by the sizing function (Eq. 3)")
     optimise: bool = option(True, "improve tets inside the grains, then slide points within the surface")
     time_limit: float = option(600.0, "longest time for one attempt at one grain", "s", above=0)
-    memory_limit: float = option(16.0, "largest address space of a worker process", "GB", above=0)
+    memory_limit: float = option(16.0, "largest address space that a worker process may add", "GB", above=0)
     repair: bool = option(True, "first move points of facets that intersect or are degenerate")
     fallback: str = option(
         TETWILD,

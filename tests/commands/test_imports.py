@@ -1,8 +1,11 @@
 """What the start of a verb does not load: libraries that few of its calls need."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 
+SNAKEFILE = Path(__file__).resolve().parents[2] / "workflow" / "Snakefile"
 HEAVY = {
     "scipy.spatial",
     "scipy.interpolate",
@@ -13,6 +16,7 @@ HEAVY = {
     "scipy.fft",
     "trimesh",
     "PIL",
+    "matplotlib",
 }
 VERBS = "crack size stitch gradate tetrahedralize assemble check inp solve fracture grow remesh".split()
 LOAD = """
@@ -41,3 +45,11 @@ def test_the_face_alone_loads_no_numbers():
 
 def test_verbs_that_read_files_alone_start_without_kernels():
     assert loaded("check") & {"numba", "scipy"} == set()
+
+
+def test_a_campaign_starts_without_libraries_that_its_stages_need():
+    lines = re.findall(r"^ +(from craftmesh\S* import .+)", SNAKEFILE.read_text(), re.M)
+    assert len(lines) > 10
+    command = [sys.executable, "-c", "\n".join(["import sys", *lines, "print(*sys.modules)"])]
+    found = set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split())
+    assert found & HEAVY == set()
