@@ -1,5 +1,6 @@
 """Shaded pictures of triangles, seen from afar."""
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -77,6 +78,7 @@ def shaded(
     draw(pixels, lit, lines, picture, depth)
     covered = np.isfinite(depth)[..., None].astype(np.float32)
     together = np.concatenate([picture, covered], axis=2)
-    mean = together.reshape(tall // FINER, FINER, wide // FINER, FINER, 4).mean(axis=(1, 3))
+    parts = (together[row::FINER, column::FINER] for row, column in np.ndindex(FINER, FINER))
+    mean = reduce(np.add, parts) / FINER**2
     mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9)
     return np.clip(mean, 0, 1)
