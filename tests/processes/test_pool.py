@@ -4,7 +4,9 @@ import mmap
 import os
 import signal
 import time
+from contextlib import suppress
 
+import psutil
 import pytest
 
 from craftmesh.errors import CraftmeshError
@@ -115,3 +117,31 @@ def test_workers_keep_no_file_of_their_owner_open():
     run_tasks(Job(closed, None, LIMITS), [(1.0, "a")], heard, 1)
     os.close(mine), os.close(other)
     assert heard.reasons == {"a": "Bad file descriptor"}
+
+
+def is_gone(pid: int) -> bool:
+    with suppress(psutil.NoSuchProcess):
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    return True
+
+
+def wait_for(is_reached, seconds: float = 60):
+    until = time.monotonic() + seconds
+    while not is_reached():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def test_workers_end_with_their_owner(tmp_path):
+    def say(_, task):
+        (tmp_path / task).write_text(str(os.getpid()))
+        time.sleep(1)
+
+    owner = os.fork()
+    if not owner:
+        run_tasks(Job(say, None, LIMITS), [(2.0, "first"), (1.0, "second")], Ledger(), 2)
+        os._exit(0)
+    wait_for(lambda: len([path for path in tmp_path.iterdir() if path.read_text()]) == 2)
+    os.kill(owner, signal.SIGKILL)
+    os.waitpid(owner, 0)
+    wait_for(lambda: all(is_gone(int(path.read_text())) for path in tmp_path.iterdir()))
