@@ -80,17 +80,23 @@ _COSTS = {
     "depict": _Cost(2.9, 340, (0, 0, 2.7), (0, 0, 260)),
     "report": _Cost(4, 300),
 }
+# CPU seconds of a job's start, which children of one process share: 38 jobs of a small growing crack took
+# 78 s where each started alone, 36 s where they shared one
+START = 1.0
 RULES = tuple(_COSTS)  # in the order of the work
 
 
-def effort(rule: str, sizes: Sizes, chunks: int = 2) -> Effort:
-    """Return what a job of a rule of the workflow takes; `chunks` jobs share an increment's tetrahedra."""
+def effort(rule: str, sizes: Sizes, chunks: int = 2, is_warm: bool = False) -> Effort:
+    """Return what a job of a rule of the workflow takes; `chunks` jobs share an increment's tetrahedra.
+
+    is_warm: whether stages run in children of one process.
+    """
     cost = _COSTS[rule]
     share = 2 / chunks if rule == "tetrahedralize" else 1.0
     counts = (sizes.voxels, sizes.facets, sizes.elements)
     seconds = share * sum(rate * count for rate, count in zip(cost.microseconds, counts)) / 1e6
     megabytes = share * sum(rate * count for rate, count in zip(cost.bytes, counts)) / 1e6
-    return Effort(cost.seconds + seconds, cost.megabytes + megabytes)
+    return Effort(cost.seconds - START * is_warm + seconds, cost.megabytes + megabytes)
 
 
 def expected_facets(voxels: Voxels) -> float:

@@ -58,7 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
     jobs_by_case: dict[str, list[Job]] = {}
     for job in jobs:
         jobs_by_case.setdefault(job.case, []).append(job)
-    efforts = [(job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs_by_case.get("", [])]
+    shared = campaign.chunks, campaign.config["warm"]
+    efforts = [(job, effort(job.rule, Sizes(0, 0, 0), *shared)) for job in jobs_by_case.get("", [])]
     faults: list[str] = []
     due = [case for name, case in campaign.cases.items() if name in jobs_by_case]
     sizes = sizes_of(campaign, due, faults)
@@ -67,10 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
         report["cases"][name] = {"jobs": 0}
         if own:
             first = next(iter(by_increment.values()))
-            mine = [
-                (job, effort(job.rule, by_increment.get(job.increment, first), campaign.chunks))
-                for job in own
-            ]
+            mine = [(job, effort(job.rule, by_increment.get(job.increment, first), *shared)) for job in own]
             efforts += mine
             elements = {inc: int(one.elements) for inc, one in by_increment.items()}
             report["cases"][name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}

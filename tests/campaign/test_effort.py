@@ -9,6 +9,7 @@ import yaml
 
 from craftmesh.campaign.campaign import read_campaign
 from craftmesh.campaign.effort import (
+    RULES,
     TETS_PER_CUBE,
     Sizes,
     effort,
@@ -135,6 +136,12 @@ def test_time_and_memory_of_a_job(rule, sizes, seconds, megabytes):
     told = effort(rule, sizes)
     assert seconds / FACTOR < told.seconds < seconds * FACTOR
     assert megabytes / FACTOR < told.megabytes < megabytes * FACTOR
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_stages_that_share_a_start_take_less_but_none_takes_less_than_nothing(rule):
+    alone, warm = (effort(rule, Sizes(0, 0, 0), is_warm=is_warm).seconds for is_warm in (False, True))
+    assert 0 <= warm < alone
 
 
 def test_more_chunks_share_the_tetrahedra():
