@@ -1,8 +1,8 @@
-"""The workflow's side: configuration, flags, files and digests of a campaign.
+"""What the workflow needs of a campaign: configuration, flags, files and digests.
 
-In come config.yaml and the sheet of cases (`sheet`, `cases`), out comes a `Campaign` that the rules ask
-for files, flags and resources (`campaign`). The schema is made from the stages' option classes
-(`config_schema`) and fills in defaults (`configuration`); what only a stage can tell is asked of it before
-any job (`meaning`, `paths`). `effort` foretells elements, time and memory, `standing` tells where cases
-are, and `digest` which code a result is of. `first_campaign` and `craftmesher` write configurations.
+`sheet` and `cases` read the case table; `campaign` checks it with config.yaml and returns a `Campaign`,
+from which the workflow's rules get files, flags and resources. `config_schema` makes the JSON schema from
+the stages' option classes, and `configuration` fills in its defaults. `meaning` and `paths` make the checks
+that need a stage, before any job. `effort` estimates elements, time and memory, `standing` reports the
+status of cases, and `digest` identifies code. `first_campaign` and `craftmesher` write configurations.
 """

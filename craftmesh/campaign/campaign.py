@@ -1,7 +1,7 @@
-"""A campaign: the checked configuration and cases sheet that the Snakemake workflow runs.
+"""A campaign: the checked configuration and case table that the Snakemake workflow runs.
 
-All is checked before any job starts. Functions are pure but for reading the sheet and looking whether
-files exist; the Snakefile only calls them.
+Everything is checked before any job starts; the Snakefile only calls these functions. They read files,
+but write none apart from the digests and phases that `file_digest` and `phases` keep for the next run.
 """
 
 import os
@@ -36,7 +36,7 @@ GrowthReport = Callable[[str, str], str]
 
 @dataclass(frozen=True)
 class Campaign:
-    """A checked configuration with its cases by name."""
+    """A checked configuration and its cases, by case name."""
 
     config: Mapping[str, Any]
     cases: Mapping[str, Case]
@@ -51,14 +51,14 @@ class Campaign:
 
     @property
     def notes(self) -> list[str]:
-        """What may be meant, but seldom is."""
+        """Warnings of one line each: cracks of few elements, phases without material and the reverse."""
         cases = self.cases.values()
         return [*small_cracks(cases), *phase_notes(cases)]
 
     def increments(self, growing: bool = False, others: Collection[str] = ()) -> list[tuple[str, str]]:
         """Return the case and the increment of all increments that the sheet asks for.
 
-        growing: leave out the cases that do not grow, except `others`.
+        growing: omit cases that do not grow, except those named in `others`.
         """
         return [
             (case.name, inc)
@@ -83,49 +83,52 @@ class Campaign:
         return not any(_is_end((path, path.stat().st_mtime_ns)) for path in reports if path.exists())
 
     def generated(self, case: str) -> list[str]:
-        """Return the volume that `craftmesh import` reads of a synthetic case; none of others."""
+        """Return the file of a synthetic volume, which `craftmesh import` reads; [] for other cases."""
         is_synthetic = self.cases[case].microstructure == SYNTHETIC
         return [f"{self.results}/{case}/generated.npz"] if is_synthetic else []
 
     def crack(self, case: str, inc: str) -> dict[str, str]:
-        """Return the crack of an increment as the input `crack`; nothing for a case without a crack."""
+        """Return {"crack": file} of an increment; {} for a case without a crack."""
         has_crack = self.cases[case].crack != NO_CRACK
         return {"crack": f"{self.results}/{case}/{inc}/crack.vtp"} if has_crack else {}
 
     def solution(self, case: str, inc: str) -> dict[str, str]:
-        """Return the solution of an increment as the input `solution`, where there is one to be shown."""
+        """Return {"solution": file} of an increment if its case grows or runs a history; else {}."""
         is_shown = self.cases[case].grows or self.cases[case].runs_history
         return {"solution": f"{self.results}/{case}/{inc}/solution.npz"} if is_shown else {}
 
     def previous_crack(self, case: str, inc: str) -> dict[str, str]:
-        """Return the crack of the increment before as `previous`, and as `grown` what it grew into."""
+        """Return {"previous": file}, the last increment's crack, and `grown`, that crack after growth.
+
+        {} for increment 000; `grown` only for a case that grows.
+        """
         before = f"{self.results}/{case}/{int(inc) - 1:03d}"
         grown = {"grown": f"{before}/grown.vtp"} if self.cases[case].grows else {}
         return {"previous": f"{before}/crack.vtp", **grown} if int(inc) else {}
 
     def last_step(self, case: str, inc: str) -> dict[str, str]:
-        """Return what the increment before grew from as the inputs `base` and `step`; else nothing."""
+        """Return the files `base` and `step` that growth wrote in the last increment; {} for 000."""
         before = f"{self.results}/{case}/{int(inc) - 1:03d}"
         return {"base": f"{before}/base.vtp", "step": f"{before}/step.csv"} if int(inc) else {}
 
     def last_front(self, case: str, inc: str) -> dict[str, str]:
-        """Return the report of K of the increment that this one grew from as `last`; else nothing."""
+        """Return {"last": file}, the last increment's report of K, if the crack grew from it; else {}."""
         grown = self.cases[case].grows and int(inc)
         return {"last": f"{self.results}/{case}/{int(inc) - 1:03d}/fracture.json"} if grown else {}
 
     def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
-        """Return the keys of each crack of an increment; those that have grown are surfaces in one file."""
+        """Return the options of each crack of an increment; grown cracks are one surface in one file."""
         if self.cases[case].grows and int(inc):
             return [{"shape": "surface", "file": self.previous_crack(case, inc)["grown"]}]
         return [self.cases[case].settings["cracks"][name] for name in self.cases[case].cracks]
 
     def crack_surface(self, case: str, inc: str) -> dict[str, str]:
-        """Return as the input `surface` that of an increment whose boundaries crack; else nothing."""
+        """Return {"surface": file} of the grains if a crack follows grain boundaries; else {}."""
         shapes = [keys.get("shape") for keys in self.crack_options(case, inc)]
         return {"surface": f"{self.results}/{case}/remeshed.vtp"} if IN_BOUNDARIES in shapes else {}
 
     def crack_files(self, case: str, inc: str) -> list[str]:
-        """Return the files that describe the cracks of an increment; none for prescribed shapes."""
+        """Return the files that describe the cracks of an increment; prescribed shapes have none."""
         named = [crack_files(CrackOptions(**keys), int(inc)) for keys in self.crack_options(case, inc)]
         return [path for files in named for path in files.values()]
 
@@ -134,18 +137,18 @@ class Campaign:
         return list(files_of(section, self.cases[case].settings[section]).values())
 
     def deck_files(self, model: str) -> list[str]:
-        """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""
+        """Return the files of the input deck `model`: the deck, and its mesh file if it includes one."""
         return [model, str(mesh_file(model))] if self.config["inp"]["includes"] else [model]
 
     def exports(self, model: str) -> list[str]:
-        """Return the files in which the deck's mesh is written too; with .msh comes its table of grains."""
+        """Return the files to which the deck's mesh is exported; .msh adds a table of the grains."""
         kinds = dict.fromkeys(kind.removeprefix(".") for kind in self.config["exports"])
         kinds |= {GRAIN_TABLE: None} if "msh" in kinds else {}
         return [str(Path(model).with_suffix(f".{kind}")) for kind in kinds]
 
     @property
     def export_kinds(self) -> str:
-        """The formats of an export, as the pattern of a wildcard."""
+        """The export formats as a regular expression for a Snakemake wildcard."""
         return "|".join(EXPORTS)
 
     def flags(self, section: str, case: str) -> str:
@@ -153,62 +156,62 @@ class Campaign:
         return command_flags(self.cases[case].settings[section])
 
     def deck_flags(self, case: str) -> str:
-        """Return the flags of a case's deck."""
+        """Return the flags of `craftmesh inp`, which writes a case's input deck."""
         return f"{command_flags(self._deck(case))} {self.unit_flags(case)}".rstrip()
 
     def unit_flags(self, case: str) -> str:
-        """Return the flag that names a case's units, where it names any."""
+        """Return the flag --units of a case; empty if the case names no unit."""
         units = list(self.cases[case].settings["units"].values())
         return command_flags({"units": units}) if any(units) else ""
 
     def export_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh export`, and of `inp` those that choose the deck's elements."""
+        """Return the flags of `craftmesh export`, with the deck's element type and quarter points."""
         deck = self._deck(case)
         flags = {key: deck[key] for key in ("element", "quarter_points")}
         return command_flags(flags | self.cases[case].settings["export"])
 
     def model_flags(self, case: str) -> str:
-        """Return the flags of `inp` that make the deck's model, which is solved and integrated."""
+        """Return the `inp` flags of the model: elements, materials and loads, as solved and integrated."""
         return command_flags(fields_of(ModelOptions, self._deck(case)))
 
     def solved_flags(self, case: str) -> str:
-        """Return the flags of `inp` that a case's solver takes: programs also those of the deck's steps."""
+        """Return the `inp` flags that a case's solver needs; for a history also those of its steps."""
         if not self.cases[case].runs_history:
             return self.model_flags(case)
         deck = self._deck(case)
         return command_flags({key: deck[key] for key in deck if key not in OF_THE_FILE})
 
     def growth_flags(self, case: str) -> str:
-        """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""
+        """Return the flags of `craftmesh fracture` for kink angles and front extensions."""
         return command_flags(fields_of(GrowthOptions, self.cases[case].settings["grow"]))
 
     def grow_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh grow`, which moves the fronts by them."""
+        """Return the flags of `craftmesh grow`, which moves the fronts by these extensions."""
         keys = self.cases[case].settings["grow"]
         return command_flags(fields_of(SmoothingOptions, keys) | fields_of(CorrectionOptions, keys))
 
     def _deck(self, case: str) -> dict[str, Any]:
-        """Return the keys of a case's deck: the elements of a crack that grows have quarter points."""
+        """Return the keys of a case's deck; quarter_points, if not set, is true if the crack grows."""
         deck = dict(self.cases[case].settings["inp"])
         if deck["quarter_points"] is None:
             deck["quarter_points"] = self.cases[case].grows
         return deck
 
     def import_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh import`; of a synthetic volume those of cleaning alone."""
+        """Return the flags of `craftmesh import`; for a synthetic volume only the cleaning flags."""
         if self.cases[case].microstructure == SYNTHETIC:
             return command_flags(fields_of(CleanOptions, self.cases[case].settings["import"]))
         return self.flags("import", case)
 
     def crack_flags(self, case: str, inc: str) -> str:
-        """Return the flags of an increment's cracks, and of the lengths they are held to."""
+        """Return the flags of an increment's cracks, after those of the lengths l_min and l0."""
         sizing = self.cases[case].settings["sizing"]
         held = {key: sizing[key] for key in CRACK_LENGTHS}
         first, *others = map(command_flags, self.crack_options(case, inc))
         return " --and ".join([" ".join([command_flags(held), first]).strip(), *others])
 
     def code(self, verb: str) -> str:
-        """Return the digest of the modules that a verb of the command line runs."""
+        """Return the digest of the modules that a subcommand of the command line runs."""
         return digest(f"craftmesh.commands.{verb}")
 
 
@@ -222,7 +225,7 @@ def _is_end(version: tuple[Path, int]) -> bool:
 
 
 def read_campaign(config: Mapping[str, Any]) -> Campaign:
-    """Check `config` against the schemas, its sheet and its files, and fill in the defaults.
+    """Check `config` and its case table against the schemas, and fill in the defaults.
 
     Raises CraftmeshError with one line that names the key, case or file, the value found and what is
     expected.
@@ -242,20 +245,20 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
 
 
 def _with_paths(case: Case, config: Mapping[str, Any]) -> Case:
-    """Return a case whose paths are those that its workflow takes; a fault is told as the case's own."""
+    """Return a case with its paths expanded and checked; errors begin with the case's place."""
     written_path(f"{case.place}: its folder", f"{config['results']}/{case.name}")
     path = case.microstructure
     if path != SYNTHETIC:
         path = read_path(f"{case.place}: microstructure", path, Path(config["data"]))
-        path = os.path.abspath(path) if path == SYNTHETIC else path  # ./synthetic is a file
+        path = os.path.abspath(path) if path == SYNTHETIC else path  # ./synthetic means a file
     with named(case.place):
         return replace(case, microstructure=path, settings=with_paths(case.settings))
 
 
 def command_flags(options: Mapping[str, Any]) -> str:
-    """Return options as the command line takes them: lists as several values, lists in lists as a,b.
+    """Return options as command-line flags: a list becomes several values, a list in a list a,b.
 
-    Keys whose value is null or empty are left out.
+    Keys with a null or empty value are left out.
     """
     words: list[str] = []
     for key, value in options.items():

@@ -1,4 +1,4 @@
-"""The cases of a campaign: names, which are folders and words of commands, and what cases name."""
+"""The cases of a campaign: valid names, the type `Case`, and checks of its cracks and microstructure."""
 
 import os
 import re
@@ -11,9 +11,9 @@ from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError, existing, listed, named
 from craftmesh.solve.options import BUILTIN
 
-# files of the results' own; macOS and Windows tell no files apart by capitals, and results are moved about
+# Names in the results folder that are not cases. Compared in lower case, as macOS and Windows do.
 RESERVED = ("logs", "benchmarks", "report.html")
-LONGEST = 255  # bytes of a folder's name on common file systems
+LONGEST = 255  # bytes, the limit of a folder's name on common file systems
 _NAME = re.compile(r"\w[\w.-]*")
 SYNTHETIC = "synthetic"
 NO_CRACK = "none"
@@ -21,41 +21,46 @@ PRESCRIBED, GROW, UNTIL = "prescribed", "grow", "until"
 
 
 def as_case_name(text: str) -> str:
-    """Return `text` as part of a case's name: `_` for what may not be in one, empty where nothing may."""
+    """Return `text` with each run of characters that a case name may not have replaced by `_`.
+
+    `_` at either end is removed, so the result may be empty.
+    """
     return re.sub(r"[^\w.-]+", "_", unicodedata.normalize("NFC", text)).strip("_")
 
 
 def check_case_name(name: str, place: str) -> None:
-    """Raise CraftmeshError, beginning with `place`, unless a case may be called `name`."""
+    """Raise CraftmeshError, beginning with `place`, unless `name` is a valid case name."""
     if not _NAME.fullmatch(name):
         raise CraftmeshError(
-            f"{place}: case is {name!r}; expected letters, digits, _, . and -, first a letter, a digit or _"
+            f"{place}: invalid case name {name!r}; use letters, digits, _, . and -, but not . or - first"
         )
     if len(name.encode()) > LONGEST:
-        raise CraftmeshError(f"{place}: case has {len(name.encode())} bytes; expected at most {LONGEST}")
+        raise CraftmeshError(f"{place}: case name has {len(name.encode())} bytes; use at most {LONGEST}")
     if name.casefold() in RESERVED:
-        raise CraftmeshError(f"{place}: case {name!r} is a name of the results' own; choose another name")
+        raise CraftmeshError(f"{place}: case name {name!r} is reserved in the results; choose another name")
 
 
 def check_capitals(names: Iterable[str], place: str) -> None:
-    """Raise CraftmeshError, beginning with `place`, where two of `names` differ in capitals alone."""
+    """Raise CraftmeshError, beginning with `place`, if two of `names` differ only in capitals."""
     known: dict[str, str] = {}
     for name in names:
         other = known.setdefault(name.casefold(), name)
         if other != name:
-            raise CraftmeshError(f"{place}: cases {other!r} and {name!r} differ in capitals alone; rename")
+            raise CraftmeshError(
+                f"{place}: cases {other!r} and {name!r} differ only in capitals; rename one"
+            )
 
 
 @dataclass(frozen=True)
 class Case:
-    """A case: its name, the microstructure's path or SYNTHETIC, its cracks or NO_CRACK.
+    """A case. microstructure: a path or SYNTHETIC.
 
-    crack: names with commas between them.
+    crack: names of cracks separated by commas, or NO_CRACK.
     growth: PRESCRIBED, or GROW until the crack ends, after `increments` at the latest. UNTIL means GROW.
-    row: the name of its row of the sheet, which is its own but for sweeps.
-    place: the file and line of that row, and the case, for messages.
-    swept: its values of the columns and keys (section.key) of which the other cases of its row have others.
-    settings: the configuration with the keys that are its own in it.
+    row: the case name in the table's row; it differs from `name` only if the row is swept.
+    place: the file, line and case, with which error messages begin.
+    swept: the case's value of each column or key (section.key) that is swept in its row.
+    settings: the campaign's configuration with the case's own values in it.
     """
 
     name: str
@@ -70,7 +75,7 @@ class Case:
 
     @property
     def cracks(self) -> tuple[str, ...]:
-        """The names of its cracks, none where it has none."""
+        """The names of the case's cracks; empty for NO_CRACK."""
         return () if self.crack == NO_CRACK else tuple(name.strip() for name in self.crack.split(","))
 
     @property
@@ -79,44 +84,46 @@ class Case:
 
     @property
     def runs_history(self) -> bool:
-        """Whether a program takes the load through steps, in place of a linear elastic field."""
+        """True if an external solver computes load steps instead of one linear elastic field."""
         by_program = self.settings["solve"]["solver"] != BUILTIN
         return by_program and bool(DeckOptions(**self.settings["inp"]).history)
 
     @property
     def increment_names(self) -> tuple[str, ...]:
-        """The increments' folder names: 000, 001, ..."""
+        """Folder names of the increments: 000, 001, ..."""
         return tuple(f"{k:03d}" for k in range(self.increments))
 
 
 def check_case(case: Case) -> None:
-    """Raise CraftmeshError unless the case's cracks are known, and its microstructure is there."""
+    """Raise CraftmeshError unless the case's cracks are configured and its microstructure exists."""
     config, place = case.settings, case.place
     known = (*config["cracks"], NO_CRACK)
     for name in case.cracks:
         if name not in config["cracks"]:
             raise CraftmeshError(
-                f"{place}: crack is {name!r}; expected one of {listed(known)} (key `cracks`), or several "
-                "with commas between them"
+                f"{place}: unknown crack {name!r}; known (key `cracks`): {listed(known)}; name one, or "
+                "several separated by commas"
             )
     if len(set(case.cracks)) < len(case.cracks):
-        raise CraftmeshError(f"{place}: crack is {case.crack!r}; expected each crack once")
+        raise CraftmeshError(f"{place}: crack {case.crack!r} repeats a name; name each crack once")
     if case.crack == NO_CRACK and case.increments != 1:
-        raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
+        raise CraftmeshError(
+            f"{place}: increments is {case.increments}, but there is no crack; set it to 1"
+        )
     if case.crack == NO_CRACK and case.grows:
-        raise CraftmeshError(f"{place}: growth is {case.growth} without a crack; expected {PRESCRIBED}")
+        raise CraftmeshError(f"{place}: growth is {case.growth}, but there is no crack; set {PRESCRIBED}")
     path = case.microstructure
     if path != SYNTHETIC and not os.path.exists(path):
         raise CraftmeshError(
-            f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
+            f"{place}: microstructure {path} does not exist; give a file, or a path in the folder `data`"
         )
     check_exists(f"{place}: microstructure", path if path != SYNTHETIC else None)
 
 
 def check_exists(key: str, path: str | None) -> None:
-    """Raise CraftmeshError, naming the key, where a path is given and no file or folder is there."""
+    """Raise CraftmeshError, beginning with `key`, if `path` is given but no such file or folder exists."""
     if path and not os.path.exists(path):
-        raise CraftmeshError(f"{key}: {path} is not there; expected a file")
+        raise CraftmeshError(f"{key}: {path} does not exist; check the path")
     if path:
         with named(key):
             existing(path)

@@ -1,7 +1,7 @@
-"""The schema of the workflow's configuration, made from the stages' option classes.
+"""The JSON schema of the workflow's configuration, made from the stages' option classes.
 
-`python -m craftmesh.campaign.config_schema FILE` writes it anew; a test compares it with
-schemas/config.schema.yaml beside this module, so an option has one definition for the library, the
+`python -m craftmesh.campaign.config_schema FILE` writes the schema. A test compares it with
+schemas/config.schema.yaml next to this module. So an option has one definition for the library, the
 command line and the configuration.
 """
 
@@ -19,75 +19,81 @@ from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
 SECTIONS = {
     "generate": ("the synthetic microstructure", ["voxels.options.GenerateOptions"]),
     "import": (
-        "reading and cleaning of microstructure files",
+        "how microstructure files are read and cleaned",
         ["voxels.reading.ReadOptions", "voxels.options.CleanOptions"],
     ),
-    "units": ("names of your units: labels, nothing is converted", ["mechanics.units.UnitsOptions"]),
+    "units": (
+        "names of your units; they are printed, nothing is converted",
+        ["mechanics.units.UnitsOptions"],
+    ),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
     "stitch": (
-        "joining of surfaces and insertion of the crack",
+        "joining of grain surfaces and insertion of the crack",
         ["stitching.stitch.StitchOptions", "insertion.options.InsertOptions"],
     ),
-    "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
-    "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
+    "gradate": (
+        "gradation of the surface mesh to the target edge lengths",
+        ["gradation.gradate.GradateOptions"],
+    ),
+    "tetrahedralize": ("tetrahedral meshes of the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["mechanics.model_options.ModelOptions", "deck.options.DeckOptions"]),
     "export": ("the mesh for other programs", ["io.mesh_formats.ExportOptions"]),
-    "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
-    "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
+    "solve": ("the displacement field and its solver", ["solve.options.SolveOptions"]),
+    "fracture": ("K, J and T along the crack fronts", ["fracture.options.FractureOptions"]),
     "grow": (
-        "which way and how far cracks grow",
+        "direction and extension of crack growth",
         [
             "growth.options.GrowthOptions",
             "growth.options.SmoothingOptions",
             "growth.options.CorrectionOptions",
         ],
     ),
-    "node": ("a node of the cluster, where jobs are not run here", ["campaign.effort.NodeOptions"]),
-    "report": ("the page of all campaigns", ["report.sweeps.ReportOptions"]),
+    "node": ("size of a cluster node, if jobs run on a cluster", ["campaign.effort.NodeOptions"]),
+    "report": ("the HTML report of all campaigns", ["report.sweeps.ReportOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}
 
 
 def config_schema() -> dict:
-    """Return the JSON schema of the configuration: paths, stage sections and named cracks."""
+    """Return the JSON schema of the configuration: paths, sections of the stages, and named cracks."""
     properties: dict[str, Any] = {
         "cases": {
             "type": "string",
-            "description": "tab-separated sheet: case, microstructure, crack, increments, growth, keys",
+            "description": "tab-separated case table: case, microstructure, crack, increments, growth, key",
         },
         "sweep": {
             "type": "object",
             "default": {},
-            "description": "values by section.key; each case of the sheet becomes one for each of them",
+            "description": "lists of values by section.key; each row of the case table runs with each one",
             "additionalProperties": {"type": "array", "minItems": 1},
         },
-        "results": _text("results", "folder of all that the campaign writes"),
-        "data": _text(".", "folder from which the sheet's microstructures are named"),
+        "results": _text("results", "folder to which the campaign writes everything"),
+        "data": _text(".", "folder to which microstructure paths in the case table are relative"),
         "chunks": {
             "type": "integer",
             "minimum": 1,
             "maximum": 64,
             "default": 2,
-            "description": "jobs that share the tetrahedra of an increment",
+            "description": "number of jobs that mesh the grains of an increment in parallel",
         },
         "warm": {
             "type": "boolean",
             "default": True,
-            "description": "run stages here in children of one process that has all loaded",
+            "description": "on this machine, run stages as forks of one process with everything loaded",
         },
         "exports": {
             "type": "array",
             "items": {"enum": [*EXPORTS, *(f".{kind}" for kind in EXPORTS)]},
             "default": [],
-            "description": "formats besides the deck in which the mesh is written, as model.FORMAT; "
-            "with msh comes csv, the table of its grains",
+            "description": "further formats of the mesh, written as model.FORMAT; "
+            "msh adds a csv table of the grains",
         },
         "cracks": {
             "type": "object",
             "default": {},
-            "description": "cracks by the names that the sheet uses",
+            "description": "cracks by the names that the case table uses",
             "additionalProperties": _section("one crack", [CRACK]),
         },
     }
@@ -117,7 +123,7 @@ def _section(about: str, classes: list[str]) -> dict:
 
 
 def option_class(path: str) -> Any:
-    """Return the option class of a dotted name within the package."""
+    """Return the option class with the dotted name `path`, relative to the package."""
     module, name = path.rsplit(".", 1)
     return getattr(importlib.import_module(f"craftmesh.{module}"), name)
 
@@ -134,7 +140,7 @@ def _property(field: dataclasses.Field, hint: Any) -> dict:
 
 
 def _values(hint: Any, metadata: Mapping[str, Any]) -> dict:
-    """Return the schema of the values that `options.is_admitted` admits, choices left aside."""
+    """Return the schema of the values that `options.is_admitted` accepts for `hint`, without choices."""
     parts = alternatives(hint)
     kinds = list(dict.fromkeys("array" if items_of(part) else KINDS[part] for part in parts))
     made: dict[str, Any] = {"type": kinds[0] if len(kinds) == 1 else kinds}

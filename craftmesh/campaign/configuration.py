@@ -1,4 +1,4 @@
-"""Configurations held against their JSON schema: defaults filled in, the first fault told in one line."""
+"""Validation of configurations with their JSON schema: fill in defaults, report the first fault."""
 
 import re
 import reprlib
@@ -14,27 +14,31 @@ from craftmesh.errors import CraftmeshError, listed
 from craftmesh.extras import extra
 from craftmesh.options import BOUNDS, is_admitted
 
-# YAML 1.1 takes 4e-6 for text, as it lacks the point of 4.0e-6
+# Numbers that YAML 1.1 reads as text, such as 4e-6, because they have no decimal point.
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 def load_schema(path: Path) -> dict:
     import yaml
 
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # in C: every job reads the schema
+    loader = getattr(
+        yaml, "CSafeLoader", yaml.SafeLoader
+    )  # the faster parser in C, because every job reads the schema
     return yaml.load(path.read_text(encoding="utf-8"), loader)  # noqa: S506 - both are safe
 
 
 def completed(config: Mapping[str, Any], schema: dict) -> dict:
-    """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
+    """Return a copy of `config` with the schema's defaults; raises CraftmeshError for the first fault."""
     try:
         _refuse_keys(config, "")
     except RecursionError:
-        raise CraftmeshError("an anchor of the configuration holds itself; write it out") from None
+        raise CraftmeshError(
+            "a YAML anchor of the configuration contains itself; write its values out"
+        ) from None
     made = filled(config, schema)
     faults = list(_validator()(schema).iter_errors(made))
     if faults:
-        # an unknown key explains more than the missing key that it was meant to be
+        # unknown keys first: an unknown key is often a misspelt required one
         faults.sort(
             key=lambda fault: (fault.validator != "additionalProperties", list(map(str, fault.path)))
         )
@@ -43,7 +47,7 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
 
 
 def _refuse_keys(value: Any, path: str) -> None:
-    """Raise CraftmeshError for a key that is no text, as YAML reads 12, 12:30, no and 2024-01-31."""
+    """Raise CraftmeshError for a key that YAML does not read as text, such as 12, no or 2024-01-31."""
     if isinstance(value, (list, tuple)):
         for item in value:
             _refuse_keys(item, path)
@@ -56,29 +60,29 @@ def _refuse_keys(value: Any, path: str) -> None:
             if inner is None and type(key) is type(last) is int:
                 advice = f"a decimal comma? write {last}.{key}"
             place = path or "the configuration"
-            raise CraftmeshError(f"{place} has the key {_shown(key)}, which is no text; {advice}")
+            raise CraftmeshError(f"{place} has the key {_shown(key)}, which is not text; {advice}")
         _refuse_keys(inner, f"{path}.{key}" if path else key)
         last = inner
 
 
 def _shown(value: Any) -> str:
-    """Return a value as messages have it; of a whole number of hundreds of digits both ends."""
+    """Return a value as text for error messages; very long integers are shortened in the middle."""
     if isinstance(value, int):
         return reprlib.repr(value)
     return str(value) if isinstance(value, date) else repr(value)
 
 
 def is_valid(value: Any, schema: Mapping[str, Any]) -> bool:
-    """True where `value` fits `schema`."""
+    """Return True if `value` is valid under `schema`."""
     return _validator()(schema).is_valid(value)
 
 
 @cache
 def _validator() -> Any:
-    """Return the JSON schema's validator with the numbers of the option classes.
+    """Return the JSON schema's validator, with numbers and integers checked as the option classes do.
 
-    JSON knows no NaN and no infinity, but YAML does; and 4.0 is a whole number to a JSON schema, but not
-    to the command line.
+    YAML has NaN and infinity, but JSON does not. A JSON schema accepts 4.0 as an integer, but the command
+    line does not.
     """
     with extra("workflow"):
         from jsonschema import Draft202012Validator
@@ -94,10 +98,10 @@ def _validator() -> Any:
 
 
 def filled(value: Any, schema: Mapping[str, Any]) -> Any:
-    """Return a copy of `value` with its objects' defaults, and numbers where they are due and texts are.
+    """Return a copy of `value` with the schema's defaults, and text converted where a number is expected.
 
-    Keys come in the schema's order: a configuration whose keys are only reordered gives the same flags, so
-    that nothing runs again.
+    Keys come in the schema's order, so that a configuration with reordered keys gives the same flags and
+    nothing runs again.
     """
     if isinstance(value, (list, tuple)):
         return [filled(item, schema.get("items", {})) for item in value]
@@ -114,18 +118,18 @@ def filled(value: Any, schema: Mapping[str, Any]) -> Any:
 
 
 def fields_of(options: type, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of a section's keys that are fields of one of its option classes."""
+    """Return the values in the section `keys` that belong to the option class `options`, by field name."""
     return {field.name: keys[field.name] for field in fields(options)}
 
 
 def kinds_of(schema: Mapping[str, Any]) -> list[str]:
-    """Return the types that a schema admits."""
+    """Return the names of the JSON types that a schema accepts."""
     kinds = schema.get("type", [])
     return [kinds] if isinstance(kinds, str) else kinds
 
 
 def _number(value: Any, kinds: list[str]) -> Any:
-    """Return a text that is a number as one, where the kinds admit it; anything else as it is."""
+    """Return a text as a number if it is one and the JSON types `kinds` accept it; else `value`."""
     if not isinstance(value, str) or not NUMBER.fullmatch(value):
         return value
     number = float(value)
@@ -135,13 +139,13 @@ def _number(value: Any, kinds: list[str]) -> Any:
 
 
 def _explain(fault: Any) -> str:
-    """Return one line for a fault that jsonschema found."""
+    """Return an error message of one line for a ValidationError of jsonschema."""
     path = ".".join(map(str, fault.absolute_path))
     if fault.validator == "additionalProperties":
         known = list(fault.schema.get("properties", {}))
         key = next(key for key in fault.instance if key not in known)
         near = get_close_matches(key, known, 1)
-        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {listed(known)}"
+        hint = f"did you mean {near[0]!r}?" if near else f"known: {listed(known)}"
         return f"unknown key {f'{path}.{key}' if path else key!r}; {hint}"
     if fault.validator == "required":
         key = next(key for key in fault.validator_value if key not in fault.instance)

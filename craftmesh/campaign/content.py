@@ -1,7 +1,7 @@
-"""Digests of the files that stages read: a rule that has them as a parameter runs again when they change.
+"""Digests of the files that stages read: a rule with a digest as a parameter runs again when it changes.
 
-Times of files say less: an older file may take the place of a newer one, and data lie behind headers. To
-Snakemake the files themselves are ancient.
+File times are not enough: an older file may replace a newer one, and a header file may refer to a data
+file. So the rules mark the files themselves as ancient, and Snakemake ignores their times.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ _SECTIONS |= {"fracture": ("inp", "grow")}
 
 
 def given_files(campaign: Campaign, stage: str, case: str, inc: str = "") -> list[str]:
-    """Return the files of the user that a stage (a module of `commands`) of an increment reads."""
+    """Return the user's files that a stage (a module of `commands`) reads for a case and increment."""
     one = campaign.cases[case]
     if stage == "import_":
         return [] if one.microstructure == SYNTHETIC else [one.microstructure]
@@ -36,15 +36,15 @@ def given_files(campaign: Campaign, stage: str, case: str, inc: str = "") -> lis
 
 
 def is_made(campaign: Campaign, path: str) -> bool:
-    """Return whether a file lies in the folder of a case, as a crack that the workflow grew."""
+    """Return True if a file lies in a case's results folder, for example a crack that the workflow grew."""
     folder, *rest = Path(os.path.relpath(path, campaign.results)).parts
     return bool(rest) and folder in campaign.cases
 
 
 def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | None:
-    """Return a text with one digest of all files that a stage reads; None where a stage reads no file.
+    """Return a text with one digest of all files that a stage reads; None if it reads none.
 
-    The files are the user's, templates of the package, and the fields and programs of other solvers.
+    The files are the user's, templates of the package, and fields and programs of external solvers.
     """
     settings = campaign.cases[case].settings
     kind = settings["import"]["format"] if stage == "import_" else AUTO
@@ -62,7 +62,10 @@ def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | N
 
 
 def _of_solver(settings: Mapping, folder: Path) -> list[str]:
-    """Return the fields that a solver waits for, and the files that its calls name by absolute paths."""
+    """Return the fields that an external solver supplies, or the files with absolute paths in its commands.
+
+    settings: the case's configuration; folder: the increment's, to which fields are written.
+    """
     keys = settings["solve"]
     if keys["solver"] == EXTERNAL:
         cases = ModelOptions(**fields_of(ModelOptions, settings["inp"])).cases

@@ -1,4 +1,4 @@
-"""config.xml of craftmesher, the program of the paper, as a configuration of a campaign."""
+"""Conversion of config.xml, the input of the paper's program craftmesher, to a campaign's configuration."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,19 +8,19 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, existing
 
-# Keys of config.xml that nothing here answers to, and why.
+# Keys of config.xml that have no counterpart here, each with the note for the user.
 _NOT_CARRIED = {
-    "stls": "microstructures stand in the sheet of cases; for surfaces run `craftmesh stitch FOLDER`",
-    "binary": "the kind of .stl is told by the files",
+    "stls": "name microstructures in the case table; for surfaces run `craftmesh stitch FOLDER`",
+    "binary": "binary and text .stl are recognised by content",
     "writeBinarySave": "outputs are VTK XML files",
     "BackgroundSMeshQuality": "there is no background mesh",
-    "gradationScheme": "there is one scheme; lengths follow Eq. 3",
-    "defectType": "a front and a list of voids are told apart by the file",
-    "refinement/refinement_passes": "rounds are counted otherwise; gradate.passes keeps its default",
-    "coarsening/coarsening_passes": "rounds are counted otherwise; gradate.passes keeps its default",
-    "coarsening/SmoothBoundary": "the remeshed surface is smooth; see the section remesh",
+    "gradationScheme": "there is only one scheme; edge lengths follow Eq. 3",
+    "defectType": "a front and a list of voids are distinguished by the file's columns",
+    "refinement/refinement_passes": "passes are counted differently; gradate.passes keeps its default",
+    "coarsening/coarsening_passes": "passes are counted differently; gradate.passes keeps its default",
+    "coarsening/SmoothBoundary": "the remeshed surface is already smooth; see the section remesh",
 }
-# What craftmesher takes where its file does not say.
+# Defaults of craftmesher for keys that its file leaves out.
 _DEFAULTS = {
     "a": "3",
     "coarsening/EdgeSmoothing": "2",
@@ -40,18 +40,18 @@ _SHRINK = tuple(f"advCrackFileShrink{axis}" for axis in "XYZ")
 
 
 def read_config(path: Path) -> dict[str, str]:
-    """Read a config.xml: texts by key, those of nested elements as outer/inner.
+    """Return the texts of a config.xml by key; the key of a nested element is outer/inner.
 
-    Raises CraftmeshError for a file that is missing or not XML, and for a key that is there twice.
+    Raises CraftmeshError for a file that is missing or not XML, and for a duplicate key.
     """
     try:
         root = ElementTree.parse(existing(path)).getroot()
     except ElementTree.ParseError as error:
-        raise CraftmeshError(f"{path}: not XML ({error}); expected craftmesher's config.xml") from None
+        raise CraftmeshError(f"{path}: not XML ({error}); give the config.xml of craftmesher") from None
     found: dict[str, str] = {}
     for prefix, element in _leaves(root, ""):
         if prefix in found:
-            raise CraftmeshError(f"{path}: key {prefix} is there twice; keep one")
+            raise CraftmeshError(f"{path}: duplicate key {prefix}; keep one")
         found[prefix] = (element.text or "").strip()
     return found
 
@@ -66,10 +66,11 @@ def _leaves(element: ElementTree.Element, prefix: str) -> Iterator[tuple[str, El
 
 
 def converted(keys: dict[str, str], folder: Path) -> tuple[dict, list[str]]:
-    """Return the sections of our configuration for craftmesher's `keys`, and what they leave out.
+    """Return the sections of a craftmesh configuration made from craftmesher's `keys`, and notes.
 
-    folder: where config.xml is and its paths start. Each note is one line that begins with the key.
-    Raises CraftmeshError, naming the key, for a value that is not the number it should be.
+    folder: that of config.xml, to which its paths are relative. Each note is one line; it begins with the
+    key and says how its value is used, or why it is not. Raises CraftmeshError, naming the key, for a value
+    that is not a number >= 0.
     """
     keys = _DEFAULTS | {key: text for key, text in keys.items() if text}
     notes = [f"{key}: {why}" for key, why in _NOT_CARRIED.items() if key in keys]
@@ -83,22 +84,22 @@ def converted(keys: dict[str, str], folder: Path) -> tuple[dict, list[str]]:
     if "TetGenQualityMeasure" in keys:
         config["tetrahedralize"] = _tetgen_bounds(keys["TetGenQualityMeasure"], notes)
     if not _number(keys, "detectIslands", 1.0):
-        notes.append("detectIslands: embedded grains and voids are always found")
+        notes.append("detectIslands: embedded grains and voids are always detected")
     known = {*_NOT_CARRIED, *_DEFAULTS, *_SHRINK, *_SIZES, "TetGenQualityMeasure", "detectIslands"}
-    notes += [f"{key}: an unknown key" for key in keys if key not in known | {"advancingCrackFile"}]
+    notes += [f"{key}: unknown key, not used" for key in keys if key not in known | {"advancingCrackFile"}]
     return {name: section for name, section in config.items() if section}, notes
 
 
 def _sizing(keys: dict[str, str], notes: list[str]) -> dict:
     l0, r0, rt, near, near_inside, far, far_inside = (_number(keys, key) for key in _SIZES)
     if not l0:
-        notes.append("OriginalEdgeLength: none is given; sizing.l0 is then the voxel's edge")
+        notes.append("OriginalEdgeLength: not given, so sizing.l0 is the voxel's edge length")
     if near and near_inside and near != near_inside:
-        notes.append(f"{_SIZES[4]}: one length near the defects serves surface and inside, {near:g}")
+        notes.append(f"{_SIZES[4]}: not used; sizing.l_min {near:g} holds on surfaces and inside grains")
     if far_inside and far_inside != far:
-        notes.append(f"{_SIZES[6]}: edges inside the grains follow Eq. 3 as those of the surface do")
+        notes.append(f"{_SIZES[6]}: not used; edges inside grains follow Eq. 3, as on the surface")
     if rt:
-        notes.append("Rt: taken as R_1, a distance from the defect" + (", R0 added" if rt < r0 else ""))
+        notes.append("Rt: used as R_1, a distance from the defect" + (", plus R0" if rt < r0 else ""))
     sizing = {
         "l_min": near or near_inside,
         "l0": l0,
@@ -115,10 +116,10 @@ def _points(keys: dict[str, str], folder: Path, notes: list[str]) -> dict:
         return {}
     factors = [_number(keys, key, 1.0) for key in _SHRINK]
     if any(factor != 1.0 for factor in factors):
-        notes.append(f"{_SHRINK[0]}, Y, Z: the factors {factors} are left out; scale the file's points")
+        notes.append(f"{_SHRINK[0]}, Y, Z: factors {factors} are not used; scale the points in the file")
     notes.append(
-        "advancingCrackFile: sizes follow it (sizing.points); a crack to insert stands under cracks, with "
-        "shape fronts and that file"
+        "advancingCrackFile: used for edge lengths only (sizing.points); to insert the crack, add it under "
+        "cracks with shape fronts and this file"
     )
     return {"points": (folder / keys["advancingCrackFile"]).as_posix()}
 

@@ -1,7 +1,7 @@
-"""Digest of a module's source and of all craftmesh modules that it imports.
+"""Digest of the source of a module and of all craftmesh modules that it imports.
 
-Snakemake does not see changes in a library. A rule that carries its verb's digest as a parameter runs
-again when, and only when, a module of its stage changes.
+Snakemake does not see changes in a library. A rule has the digest of its subcommand as a parameter, so
+it runs again when, and only when, a module of its stage changes.
 """
 
 import hashlib
@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
-# expressions: the syntax trees of the 334 modules that a dry run asks for took 0.9 of its 2.9 s
+# Regular expressions, because `ast.parse` of the 334 modules took 0.9 s of a 2.9 s dry run.
 FROM = re.compile(r"^[ \t]*from[ \t]+(craftmesh[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n(]*)", re.M)
 IMPORT = re.compile(r"^[ \t]*import[ \t]+(craftmesh[\w.]*)", re.M)
 
@@ -19,8 +19,8 @@ IMPORT = re.compile(r"^[ \t]*import[ \t]+(craftmesh[\w.]*)", re.M)
 def digest(module: str, root: Path = PACKAGE) -> str:
     """Return 16 hexadecimal digits for `module` (dotted name) and its transitive craftmesh imports.
 
-    Imports are found in the source, inside functions too, so nothing is imported. `root` is the package's
-    folder. Raises FileNotFoundError for an unknown module.
+    Import statements are found in the source text, also inside functions, so nothing is imported. `root`
+    is the package's folder. Raises FileNotFoundError for an unknown module.
     """
     found: set[str] = set()
     waiting = [module]
@@ -37,7 +37,7 @@ def digest(module: str, root: Path = PACKAGE) -> str:
 
 @cache
 def source_file(module: str, root: Path) -> Path | None:
-    """Return the file that holds `module`, or None where the package has no such module."""
+    """Return the source file of `module`, or None if the package in `root` has no such module."""
     top, *names = module.split(".")
     stem = root.joinpath(*names)
     files = (stem.with_suffix(".py"), stem / "__init__.py")
@@ -54,7 +54,7 @@ def _source(module: str, root: Path) -> bytes:
 
 @cache
 def imports_of(module: str, root: Path) -> tuple[str, ...]:
-    """Return the craftmesh modules that `module` imports; parent packages are not followed."""
+    """Return the dotted names of craftmesh modules that `module` imports, without their parent packages."""
     text = _source(module, root).decode()
     names = IMPORT.findall(text)
     for base, members in FROM.findall(text):

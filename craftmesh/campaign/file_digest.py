@@ -1,4 +1,4 @@
-"""Digests of files and of all that their readers open behind them, kept for the next process."""
+"""Digests of files and of the further files that their readers open, kept for later processes."""
 
 import hashlib
 import json
@@ -11,15 +11,16 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.behind import files_behind
 from craftmesh.io.volume_format import AUTO
 
-KEPT = Path(".snakemake", "craftmesh", "content")  # digests that are known, in the folder of the run
+KEPT = Path(".snakemake", "craftmesh", "content")  # folder of kept digests, in the run's working folder
 
 
 @cache
 def digest_of(path: str, kind: str = AUTO) -> str:
-    """Return the digest of a file, or of a folder of slices, and of all that its reader opens behind it.
+    """Return the digest of a file, or a folder of slices, and of the further files that its reader opens.
 
-    It is found once in a process, and kept below KEPT for the next one while no file changes its size, its
-    times or its inode. Where the reader would refuse the file, the reason is part of the digest.
+    kind: the file's format, or AUTO. The digest is computed once in a process. It is kept in KEPT for later
+    processes, and is valid while no file changes size, time or inode. If the reader would reject the file,
+    the reason is part of the digest, which is then not kept.
     """
     entry = KEPT / f"{hashlib.sha256(f'{kind} {path}'.encode()).hexdigest()[:32]}.json"
     known = _known(entry)
@@ -45,7 +46,7 @@ def digest_of(path: str, kind: str = AUTO) -> str:
 
 
 def _stamp(path: Path) -> list[int]:
-    """Return size, times and inode of a file, of which each change of it changes one; empty without it."""
+    """Return a file's size, times (ns) and inode, one of which changes with the file; [] if missing."""
     if not path.exists():
         return []
     found = path.stat()
@@ -53,10 +54,10 @@ def _stamp(path: Path) -> list[int]:
 
 
 def _known(entry: Path) -> str:
-    """Return the digest that is kept; empty where files have changed, or may have in the same tick."""
+    """Return the digest kept in `entry`; empty if files changed since, or in the same second."""
     try:
         known = json.loads(entry.read_text(encoding="utf-8"))
-        written = int(entry.stat().st_mtime)  # whole seconds: some file systems know no less
+        written = int(entry.stat().st_mtime)  # whole seconds: some file systems store no fractions
         stamps = {name: _stamp(Path(name)) for name in known["files"]}
         is_settled = all(stamp[2] // 10**9 < written for stamp in stamps.values())
         return known["digest"] if is_settled and stamps == known["files"] else ""
@@ -65,7 +66,7 @@ def _known(entry: Path) -> str:
 
 
 def keep(entry: Path, known: Any) -> None:
-    """Write what is known as JSON; nothing where the folder cannot be written to, for it is found again."""
+    """Write `known` as JSON to `entry`; do nothing if that fails, because it can be computed again."""
     try:
         entry.parent.mkdir(parents=True, exist_ok=True)
         with atomic_path(entry) as temporary:

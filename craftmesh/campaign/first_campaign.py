@@ -1,4 +1,4 @@
-"""A first configuration for a microstructure: sizes from its voxels and grains, a crack in a face."""
+"""A first configuration for a microstructure: edge lengths from voxels and grains, a crack in a face."""
 
 import csv
 import io
@@ -19,17 +19,22 @@ from craftmesh.types import Crystal, Voxels
 from craftmesh.voxels.mouth import Mouth, find_mouth
 from craftmesh.voxels.voxel_graph import median_grain
 
-# Eq. 3's default l_min, l0 / 2, makes three times the elements round the front; examples take 0.75 to 0.8.
-L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0  # over l0
-ACROSS = 4.0  # elements across a grain at least: fewer leave the boundaries' curvature to chance
-RADIUS = 0.25  # of the box's shortest edge across the crack; as much again is left beside its front
-GROWTH = 0.25  # of the radius
-_ABOUT = {"background": "  # what label 0 is: grain, void, or unindexed, which is filled from around it"}
-OFF_CENTRE = 0.2  # of a voxel: planes between voxels are those in which flat grain boundaries lie
+# l_min, l_max and r0 in l0. Eq. 3's default l_min, l0 / 2, triples the elements around the front; the
+# examples use 0.75 to 0.8.
+L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0
+ACROSS = 4.0  # smallest number of elements across a grain; fewer do not resolve curved boundaries
+RADIUS = (
+    0.25  # crack radius over the shortest edge of the body's bounding box; leaves as much beside the front
+)
+GROWTH = 0.25  # growth of the radius in an increment, over the radius
+_ABOUT = {"background": "  # meaning of label 0: grain, void, or unindexed (filled from neighbours)"}
+OFF_CENTRE = (
+    0.2  # voxels, shift of the crack off the planes between voxels, where flat grain boundaries lie
+)
 
 
 class FirstMaterial(NamedTuple):
-    """A text of inp.material, what it is, and whether it stands in for a phase's own constants."""
+    """A value of inp.material, its description, and whether it is a placeholder for unknown constants."""
 
     text: str
     about: str
@@ -38,11 +43,11 @@ class FirstMaterial(NamedTuple):
 
 @dataclass(frozen=True)
 class FirstCampaign:
-    """The values of a first configuration, in model units, and what was seen of the microstructure.
+    """Values of a first configuration, in model units, and facts about the microstructure.
 
-    imported: the keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, normal,
-    radius and growth; mouth: where it begins; loads_faces: whether material is on the faces that the
-    tension pulls at; materials: of inp.material; grains: how many; across: median diameter of a grain.
+    imported: keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, normal, radius,
+    growth; mouth: where the crack meets the surface; loads_faces: whether material touches both faces that
+    the tension loads; materials: for inp.material; grains: their number; across: median grain diameter.
     """
 
     imported: Mapping[str, Any]
@@ -56,7 +61,7 @@ class FirstCampaign:
 
 
 def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign:
-    """Return the first campaign for cleaned voxels; imported: how they were read and cleaned."""
+    """Return the first campaign for cleaned voxels; imported: the import keys with which they were read."""
     edge = voxel_edge(voxels)
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
     (window,) = ndimage.find_objects((voxels.labels != 0).astype(np.int8))
@@ -83,7 +88,7 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
 
 
 def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
-    """Return a material for each phase: crystals where orientations are known, else isotropic."""
+    """Return a material for each phase: a crystal if all orientations are known, else isotropic."""
     grains = np.unique(voxels.labels[voxels.labels > 0])
     known = voxels.orientations is not None and np.isfinite(voxels.orientations[grains]).all()
     phases = np.unique(voxels.phases[grains]) if voxels.phases is not None else np.zeros(1, int)
@@ -93,15 +98,18 @@ def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
         crystal = crystals.get(phase, Crystal())
         text, what, is_stand_in = known_material(crystal)
         if not known:
-            text, what, is_stand_in = "isotropic:200000,0.3", "no orientations are read, so isotropic", True
+            text, what, is_stand_in = "isotropic:200000,0.3", "isotropic, as orientations are unknown", True
         own = " ".join(" ".join(crystal).split()) or "unknown crystal"
-        about = f"{what}, in MPa" + (f", a stand-in for phase {phase} ({own})" if is_stand_in else "")
+        about = f"{what}, in MPa" + (f", a placeholder for phase {phase} ({own})" if is_stand_in else "")
         found.append(FirstMaterial(text if len(phases) < 2 else f"{phase}={text}", about, is_stand_in))
     return tuple(found)
 
 
 def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -> str:
-    """Return the commented configuration of a first campaign, YAML for `snakemake --configfile`."""
+    """Return the first campaign's configuration as commented YAML for `snakemake --configfile`.
+
+    name: of the microstructure, for the heading; sheet: path of the case table; data: folder of the volume.
+    """
     numbers = {key: _number(value) for key, value in ({**first.sizing, "across": first.across}).items()}
     imported = "".join(
         f"  {key}: {_yaml(value)}{_ABOUT.get(key, '')}\n" for key, value in first.imported.items()
@@ -110,46 +118,46 @@ def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -
     centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
     axis, notch = "xyz"[first.mouth.normal], first.mouth.notch
     where = f"at the root of a notch {_number(notch)} deep in" if notch else "on"
-    load = f"  axis: {axis}  # of the tension, which opens the notch\n" if axis != "z" else ""
-    what = f"a strain of 0.1 % along {axis}, unless load, magnitude and axis say otherwise"
+    load = f"  axis: {axis}  # direction of the tension, which opens the notch\n" if axis != "z" else ""
+    what = f"a strain of 0.1 % along {axis}; change it with load, magnitude and axis"
     if not first.loads_faces:
-        what = f"a pressure on the lips: no material is on both faces of the box across {axis}, to pull at"
-        load = "  load: none\n  lip_pressure: 100  # in the unit of the materials\n"
+        what = f"a pressure on the crack faces, as no material touches both box faces normal to {axis}"
+        load = "  load: none\n  lip_pressure: 100  # in the materials' unit\n"
     materials = "".join(f"  - {_yaml(one.text)}  # {one.about}\n" for one in first.materials)
     return f"""\
 # A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.
-# Lengths are in the file's units. Only what differs from the defaults is named; `craftmesh VERB --help`
+# Lengths are in the file's units. Only keys that differ from the defaults are set; `craftmesh VERB --help`
 # and config/config.yaml explain every key.
-cases: {_yaml(sheet)}  # the sheet: case, microstructure, crack, increments
-data: {_yaml(data)}  # folder in which the sheet's microstructures lie
+cases: {_yaml(sheet)}  # case table: case, microstructure, crack, increments
+data: {_yaml(data)}  # folder of the microstructures in the case table
 
 {section}sizing:  # edge lengths: l_min at the crack front, l0 at the distance r0, l_max from r1 on
-  l_min: {numbers["l_min"]}  # {L_MIN:g} l0; halve it for K, and the front has eight times the elements
-  l0: {numbers["l0"]}  # the voxel's edge, or a quarter of a grain where that is less
-  l_max: {numbers["l_max"]}  # at most 3 l0, and {ACROSS:g} elements across the median grain
+  l_min: {numbers["l_min"]}  # {L_MIN:g} l0; half of it improves K with 8 times the elements at the front
+  l0: {numbers["l0"]}  # the voxel's edge, or a quarter of a grain's diameter if that is smaller
+  l_max: {numbers["l_max"]}  # at most 3 l0, with at least {ACROSS:g} elements across the median grain
   r0: {numbers["r0"]}
   r1: {numbers["r1"]}
 
 cracks:
-  notch:  # semicircular: the centre of the penny lies {where} the face {first.mouth.face}
+  notch:  # semicircular: the penny's centre lies {where} the face {first.mouth.face}
     shape: penny
     centre: [{centre}]
     normal: {first.crack["normal"]}  # it opens along {axis}
-    radius: {_number(first.crack["radius"])}  # a quarter of the shortest edge of the body, or what fits
-    growth: {_number(first.crack["growth"])}  # added at each increment that the sheet asks for
+    radius: {_number(first.crack["radius"])}  # a quarter of the body's shortest edge, or less to fit
+    growth: {_number(first.crack["growth"])}  # added in each further increment of the case table
 
-inp:  # the deck; its load is {what}
-{load}  material:  # put the constants of your phases in place of stand-ins
+inp:  # the input deck; its load is {what}
+{load}  material:  # replace placeholders by the constants of your phases
 {materials}
-units:  # names beside the numbers that you read; add that of your lengths, as length: um
+units:  # unit names for reports; add that of lengths, for example length: um
   stress: MPa
 """
 
 
 def sheet_text(name: str, microstructure: str) -> str:
-    """Return the sheet of a first campaign: one case of one increment.
+    """Return the case table of a first campaign: one case of one increment.
 
-    A file is ./FILE where its name alone would be a list of cases, or the synthetic volume.
+    microstructure: file name; it gets ./ in front where it would otherwise be read as YAML or as synthetic.
     """
     is_plain = re.match(r"\w", microstructure) and microstructure != SYNTHETIC
     text = io.StringIO()
@@ -160,11 +168,11 @@ def sheet_text(name: str, microstructure: str) -> str:
 
 
 def _number(value: float, digits: int = 4) -> str:
-    """Return a number as YAML 1.1 has it, to which 1e-06 is text and 1.0e-06 a number."""
+    """Return a number as YAML 1.1 text: 1.0e-06, because YAML 1.1 reads 1e-06 as a string."""
     mantissa, exponent, power = f"{value:.{digits}g}".partition("e")
     return f"{mantissa}{'' if '.' in mantissa else '.0'}e{power}" if exponent else mantissa
 
 
 def _yaml(value: Any) -> str:
-    # JSON is YAML on one line, but for letters written as two \u
+    # JSON is valid YAML on one line, except for letters that JSON escapes as two \u
     return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""The workflow from outside: where it and the demo lie, when the demo runs, and what a dry run plans."""
+"""Where the workflow and the demo are installed, when the demo runs, and which jobs a dry run plans."""
 
 import functools
 import json
@@ -18,7 +18,7 @@ from craftmesh.io.yaml_file import read_yaml
 PACKAGE = Path(__file__).parents[1]
 NO_CONFIG = str(Path(__file__).with_name("no-config.yaml"))
 DEFAULT = Path("config", "config.yaml")
-# keys that say where and how a campaign runs; the others say which campaign it is
+# Configuration keys that set where and how a campaign runs; any other key names a campaign.
 RUN_KEYS = frozenset({"results", "data", "chunks", "warm", "exports", "node"})
 _ERROR = "craftmesh: error: "
 NOTE = "craftmesh: note: "
@@ -26,21 +26,21 @@ _MAIN = "from craftmesh.campaign.home import main; main()"
 
 
 def home() -> Path:
-    """Return the folder that holds `workflow` and `config`: the installed package or the checkout."""
+    """Return the folder that contains `workflow` and `config`: the installed package or the checkout."""
     return PACKAGE if (PACKAGE / "workflow").is_dir() else PACKAGE.parent
 
 
 def snakefile() -> Path:
-    """Return the workflow's Snakefile, to be given to `snakemake -s` or to `module`."""
+    """Return the path of the workflow's Snakefile, for `snakemake -s` or a `module` statement."""
     return home() / "workflow" / "Snakefile"
 
 
 def or_default(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `config` where it names a campaign, else the default campaign with `config` laid over it.
+    """Return `config` if it names a campaign, else the default campaign updated with `config`.
 
-    A campaign is named by any key but results, data, chunks, warm, exports and node; it never takes over
-    values of the default one. The default is config/config.yaml in the folder in which Snakemake runs, or
-    else the demo, whose sheet of cases lies beside it.
+    Any key except results, data, chunks, warm, exports and node names a campaign, which takes no values
+    from the default one. The default is config/config.yaml in the folder in which Snakemake runs. If that
+    file is missing, the default is the installed demo with its case table.
     """
     if not RUN_KEYS.issuperset(config):
         return dict(config)
@@ -51,29 +51,31 @@ def or_default(config: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def command_on_path() -> None:
-    """Let shells find the `craftmesh` command that lies beside this Python.
+    """Put the folder of this Python first on PATH, so that shells find its `craftmesh` command.
 
-    Raises CraftmeshError where there is none, neither there nor elsewhere on the path.
+    Raises CraftmeshError if neither this folder nor the rest of PATH has the command.
     """
     beside = str(Path(sys.executable).parent)
     os.environ["PATH"] = os.pathsep.join([beside, os.environ.get("PATH", os.defpath)])
     if shutil.which("craftmesh") is None:
         raise CraftmeshError(
-            f"the command craftmesh is not in {beside} nor on the path, but the rules call it; "
+            f"the command craftmesh, which the rules call, is neither in {beside} nor on PATH; "
             f"install the package: {sys.executable} -m pip install '{home()}[all]'"
         )
 
 
 def read_config(path: Path) -> dict[str, Any]:
-    """Return what a configuration file holds; raises CraftmeshError for what is not YAML with keys."""
+    """Return the keys and values of a YAML configuration file; raises CraftmeshError for other content."""
     found = read_yaml(path)
     if not isinstance(found, dict):
-        raise CraftmeshError(f"{path}: found {type(found).__name__}; expected keys with values")
+        raise CraftmeshError(
+            f"{path}: found {type(found).__name__}; expected keys with values, such as cases: cases.tsv"
+        )
     return found
 
 
 class Job(NamedTuple):
-    """A planned job: its rule, its case and increment, empty where it has none."""
+    """A planned job: its rule, case and increment; case or increment is empty if the job has none."""
 
     rule: str
     case: str
@@ -81,22 +83,23 @@ class Job(NamedTuple):
 
 
 def snakemake_command(*start: str) -> list[str]:
-    """Return the words that run Snakemake with the installed workflow, as Python runs what `start` names.
+    """Return the words of a command that runs Snakemake with the installed workflow.
 
-    Raises CraftmeshError where Snakemake is not installed.
+    start: Python's arguments that name the program, such as -m snakemake. Raises CraftmeshError if
+    Snakemake is not installed.
     """
     with extra("workflow"):
         version("snakemake")
-    # -P: modules of this folder are none of Snakemake's
+    # -P: Python does not import Snakemake's modules from the working folder
     return [sys.executable, "-P", *start, "-s", str(snakefile())]
 
 
 def planned_jobs(flags: Sequence[str]) -> list[Job]:
-    """Return the jobs that `snakemake FLAGS` would run in this folder, by rule, case and increment.
+    """Return the jobs that `snakemake FLAGS` would run in this folder, sorted by rule, case, increment.
 
-    Those that only gather files are left out. Raises CraftmeshError as Snakemake does.
+    Jobs that make no file are left out. Raises CraftmeshError, with Snakemake's message, if it fails.
     """
-    # quiet: telling jobs takes as long as finding them
+    # quiet, because printing the jobs takes as long as finding them
     command = [*snakemake_command("-c", _MAIN), "--dry-run", "--quiet", *flags]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
@@ -105,7 +108,7 @@ def planned_jobs(flags: Sequence[str]) -> list[Job]:
 
 
 def refusal(said: str) -> str:
-    """Return why Snakemake ended, from what it said: the workflow's error, else its last three lines."""
+    """Return why Snakemake failed, from its output `said`: the workflow's error, else the last 3 lines."""
     lines = [line for line in said.splitlines() if line.strip()]
     told = [line.removeprefix(_ERROR) for line in lines if line.startswith(_ERROR)]
     if any("cannot be locked" in line for line in lines):
@@ -115,12 +118,12 @@ def refusal(said: str) -> str:
 
 
 def main() -> None:
-    """Run Snakemake with this command's words, a dry run, and print its jobs as JSON in the last line."""
+    """Run Snakemake's dry run with this command's arguments; print its jobs as JSON in the last line."""
     with extra("workflow"):
         from snakemake import api, cli
 
-    files: list[Any] = []  # one or several of each job
-    # what is to be made is told by Snakemake's API alone, but the flags of profiles by its command alone
+    files: list[Any] = []  # files to make; several may belong to one job
+    # Snakemake's API reports the files to make, but only its command reads the flags of profiles.
     api.DAGApi.execute_workflow = functools.partialmethod(api.DAGApi.execute_workflow, updated_files=files)
     try:
         cli.main(sys.argv[1:])

@@ -1,4 +1,4 @@
-"""What a stage would refuse of a case's keys, asked of the stage itself before any job starts."""
+"""Checks of a case's keys with the stages' own functions, so that errors appear before any job starts."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
@@ -28,15 +28,15 @@ from craftmesh.solve.options import SolveOptions
 from craftmesh.tetrahedra.meshers import check_mesher
 from craftmesh.voxels.options import GenerateOptions
 
-# K of a penny errs by twice as much with five edges to the radius as with ten (docs/fracture.md)
+# Front edges per crack size, below which a note is printed. K errs twice as much with 5 (docs/fracture.md).
 EDGES = 10
 
 
 def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
-    """Raise CraftmeshError, naming the key, for what can be known of a case without its volume.
+    """Raise CraftmeshError, naming the key, for faults of a case that do not depend on its volume.
 
-    config: the campaign's; a fault of what the case has from it is told as its own, any other with the
-    case's line.
+    config: the campaign's configuration. The message also begins with the case's place, unless the faulty
+    section is the same in `config`.
     """
     own = case.settings
     parts = [(section, own[section], config[section], check) for section, check in _CHECKS.items()]
@@ -54,7 +54,10 @@ def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
 
 
 def _keyed(section: str, message: str, keys: Collection[str]) -> str:
-    """Return a stage's message with the section before the key that it begins with."""
+    """Return a stage's error message with `section.` in front of the key with which it begins.
+
+    keys: those of the section. A message that begins with no key gets `section: ` in front.
+    """
     key = message.split()[0].rstrip(":,").partition("[")[0]
     return f"{section}.{message}" if key in keys else f"{section}: {message}"
 
@@ -81,17 +84,17 @@ def _check_sizing(keys: Mapping[str, Any], case: Case) -> None:
 
 
 def sizing_of(case: Case) -> SizingOptions:
-    """Return the checked sizes of a case, with l0 where the configuration says how large a voxel is."""
+    """Return a case's checked edge lengths; l0 is the voxel edge if the configuration has a spacing."""
     section = "generate" if case.microstructure == SYNTHETIC else "import"
     spacing = case.settings[section]["spacing"]
     return checked_sizing(case.settings["sizing"], float(np.cbrt(prod(spacing))) if spacing else None)
 
 
 def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> SizingOptions:
-    """Return the numbers of Eq. 3, l0 the voxel's `edge` by default.
+    """Return the options of Eq. 3 in `keys`, with l0 the voxel's `edge` if it is not set.
 
-    Without l0, which the microstructure then gives, there are no defaults to hold the others against.
-    Raises CraftmeshError where they do not fit each other.
+    Raises CraftmeshError if the lengths contradict each other. If l0 is still unknown, because only the
+    microstructure gives it, nothing is checked.
     """
     options = SizingOptions(**keys)
     if options.l0 is None:
@@ -108,7 +111,7 @@ def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
         parse_templates(read_template(options.user_material), f"user_material: {options.user_material}")
     try:
         materials = parse_materials(options.material)
-        if case.microstructure == SYNTHETIC:  # one phase, 1
+        if case.microstructure == SYNTHETIC:  # whose only phase is 1
             phases_of_grains(np.array([1]), materials, np.array([0, 1]))
     except CraftmeshError as error:
         raise CraftmeshError(f"material: {str(error).removeprefix('material: ')}") from None
@@ -141,13 +144,13 @@ _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
 
 
 def _check_crack(keys: Mapping[str, Any], case: Case) -> None:
-    """Raise CraftmeshError where a crack lacks a key, an increment or a file of one, or shrinks."""
+    """Raise CraftmeshError if a crack lacks a key, an increment or its file, or if it shrinks."""
     options, prescribed = CrackOptions(**keys), 1 if case.grows else case.increments
     series = options.increments
     if series and len(series) < prescribed:
         raise CraftmeshError(
-            f"increments prescribes {len(series)} increments; "
-            f"case {case.name!r} of {case.settings['cases']} asks for {prescribed}"
+            f"increments lists {len(series)} increments, but case {case.name!r} of "
+            f"{case.settings['cases']} needs {prescribed}; add the others, or lower the case's increments"
         )
     for increment in range(prescribed):
         check_crack(options, increment)
@@ -156,46 +159,46 @@ def _check_crack(keys: Mapping[str, Any], case: Case) -> None:
         if increment and is_sized(options):
             was, now = (changing(options, k) for k in (increment - 1, increment))
             if prod(now) < prod(was):
-                raise CraftmeshError(f"increments shrinks from {was} to {now}; expected a crack that grows")
+                raise CraftmeshError(f"increments: the crack shrinks from {was} to {now}; let it grow")
 
 
 def _check_increments(case: Case) -> None:
-    """Raise CraftmeshError for a crack that should grow and cannot, and for increments that are alike."""
+    """Raise CraftmeshError if a crack cannot grow as requested, or if two increments are the same."""
     model = ModelOptions(**fields_of(ModelOptions, case.settings["inp"]))
     if case.grows and model.element != "C3D10":
         raise CraftmeshError(
-            f"{case.place}: inp.element is {model.element}, and the crack grows; expected C3D10, whose "
-            "displacements give its stress intensities"
+            f"{case.place}: inp.element is {model.element}, but the crack grows; set C3D10, whose "
+            "displacements give stress intensity factors"
         )
     if case.grows and case.runs_history:
         raise CraftmeshError(
-            f"{case.place}: solve.solver is {case.settings['solve']['solver']}, the load comes in steps "
-            "and the crack grows, by K of linear elastic fields; expected builtin, or growth prescribed"
+            f"{case.place}: solve.solver is {case.settings['solve']['solver']} with load steps, but growth "
+            "needs K of a linear elastic field; set solver builtin, or growth prescribed"
         )
     if case.grows and not model.is_loaded:
         found = f"inp.load is {model.load}, inp.magnitude {model.magnitude:g}"
         raise CraftmeshError(
-            f"{case.place}: {'inp.faces has no strain or stress but 0' if model.faces else found}, and the "
-            "crack grows; expected a strain, a stress or a lip_pressure"
+            f"{case.place}: {'inp.faces has no strain or stress but 0' if model.faces else found}, but the "
+            "crack grows; set a strain, a stress or a lip_pressure"
         )
     if model.loads_lips and not case.cracks:
         raise CraftmeshError(
-            f"{case.place}: inp.lip_pressure, lip_traction or lip_field load the lips of cracks, and case "
-            f"{case.name!r} has none; expected a crack, or none of these in the sheet"
+            f"{case.place}: inp.lip_pressure, lip_traction or lip_field load crack faces, but case "
+            f"{case.name!r} has no crack; add a crack, or remove these keys for this case"
         )
     cracks = [CrackOptions(**case.settings["cracks"][name]) for name in case.cracks]
     for increment in range(1, 1 if case.grows else case.increments):
         before, now = ([changing(one, k) for one in cracks] for k in (increment - 1, increment))
         if before == now:
             raise CraftmeshError(
-                f"{case.place}: increments is {case.increments}, and increment {increment} is the same as "
-                f"{increment - 1}; expected cracks.{case.cracks[0]}.growth or .increments that differ, "
-                "growth grow in the sheet, or fewer increments"
+                f"{case.place}: increments is {case.increments}, but increment {increment} is the same as "
+                f"{increment - 1}; set cracks.{case.cracks[0]}.growth or .increments, "
+                "growth grow in the case table, or fewer increments"
             )
 
 
 def small_cracks(cases: Collection[Case]) -> Iterator[str]:
-    """Yield a note for each crack that is smaller than EDGES edges of its front, with its cases."""
+    """Yield a note, with case names, for each prescribed crack smaller than EDGES edges of its front."""
     found: dict[tuple[str, float, float], list[str]] = {}
     for case in cases:
         options = sizing_of(case)
@@ -210,6 +213,6 @@ def small_cracks(cases: Collection[Case]) -> Iterator[str]:
     for (name, size, l_min), names in found.items():
         others = f" and {len(names) - 1} more" * (len(names) > 1)
         yield (
-            f"case {names[0]}{others}: crack {name} is {size:g} large and its front's edges sizing.l_min "
-            f"{l_min:g}; {EDGES} edges or more give stress intensities within a per cent"
+            f"case {names[0]}{others}: crack {name} has size {size:g}, its front edges sizing.l_min "
+            f"{l_min:g}; at least {EDGES} edges per size give stress intensities within one per cent"
         )

@@ -1,4 +1,4 @@
-"""Paths that a campaign names: expanded, and refused where its workflow cannot take them."""
+"""Paths that a campaign names: expand `~` and variables, and reject paths that the workflow cannot use."""
 
 import os
 import re
@@ -10,7 +10,7 @@ from typing import Any
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.user_material import PRESETS
 
-# the keys of sections that name files which their stages read
+# Keys, by section, whose values are names of files that a stage reads.
 SECTION_FILES = {
     "generate": ("voids_from",),
     "sizing": ("points", "field"),
@@ -20,48 +20,51 @@ SECTION_FILES = {
 CRACK_FILES = ("file", "front")
 _VARIABLE = re.compile(r"\$(?:([A-Za-z_]\w*)|\{(\w+)\})", re.ASCII)
 _ADDRESS = re.compile(r"[A-Za-z][\w+.-]*://")
-_FILLED_IN = re.compile(r"[{}]|<[^<>]*>")  # Snakemake puts wildcards and path variables in their place
-_BREAKING = {"Cc", "Cs", "Zl", "Zp"}  # Unicode's control characters, undecoded bytes and ends of lines
+_FILLED_IN = re.compile(r"[{}]|<[^<>]*>")  # Snakemake's wildcards and path variables
+_BREAKING = {"Cc", "Cs", "Zl", "Zp"}  # Unicode categories: control characters, undecoded bytes, line ends
 
 
 def written_path(key: str, text: str) -> str:
-    """Return the path of a folder that a campaign writes, `~`, `$NAME` and `${NAME}` expanded.
+    """Return `text`, the path of a folder to write, with `~`, `$NAME` and `${NAME}` expanded.
 
-    Raises CraftmeshError, beginning with `key`, for a variable that is not set, a path that cannot stand in
-    a Snakemake workflow or a sheet, and one that lies in a file.
+    Raises CraftmeshError, beginning with `key`, for a variable that is not set, a path that Snakemake or
+    the case table cannot contain, and a path that is or lies under a file.
     """
     path = _for_commands(key, _expanded(key, text))
     above = next(part for part in (Path(path), *Path(path).absolute().parents) if os.path.lexists(part))
     if not above.is_dir():
-        raise CraftmeshError(f"{key} is {text!r}, but {above} is no folder; expected one, or a new name")
-    return os.path.abspath(path) if path == "." else path  # Snakemake warns of ./ before each file
+        raise CraftmeshError(f"{key}: cannot create {text!r}, {above} is not a folder; choose another path")
+    return os.path.abspath(path) if path == "." else path  # Snakemake warns if file names begin with ./
 
 
 def read_path(key: str, text: str, folder: Path = Path()) -> str:
-    """Return the path of what a campaign reads, named from `folder`; as `written_path`.
+    """Return `text`, the path of a file to read, relative to `folder`; expanded as in `written_path`.
 
-    What is there by that very name is meant, whatever `~` and `$` stand for.
+    If a file with the unexpanded name exists, `~` and `$` are part of the name.
     """
     is_there = os.path.lexists(folder / text)
     return _for_commands(key, str(folder / (text if is_there else _expanded(key, text))))
 
 
 def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
-    """Raise CraftmeshError for a target in results `given` as `~/x`, which Snakemake does not expand."""
+    """Raise CraftmeshError for a target below results written as `~/x`, which Snakemake does not expand.
+
+    words: those of the command; given: results as the configuration has it; results: the same expanded.
+    """
     word = next((word for word in words if word.startswith(f"{given}/")), None)
     if word and given != results:
         named = results + word.removeprefix(given)
-        raise CraftmeshError(f"the target {word!r} is not expanded by Snakemake; name it {named!r}")
+        raise CraftmeshError(f"Snakemake does not expand the target {word!r}; write it as {named!r}")
 
 
 def files_of(section: str, keys: Mapping[str, Any]) -> dict[str, str]:
-    """Return the files that a section's keys name, by key; templates of the package are none."""
+    """Return the file names among a section's values, by key; names of built-in templates are left out."""
     found = {key: keys.get(key) for key in SECTION_FILES[section]}
     return {key: path for key, path in found.items() if path and path not in PRESETS}
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with the paths of the files of sections and cracks as `read_path` has them."""
+    """Return `settings` with the file paths of sections and cracks expanded by `read_path`."""
     sections = {
         name: settings[name] | _read(files_of(name, settings[name]), name) for name in SECTION_FILES
     }
@@ -83,34 +86,34 @@ def _read(files: Mapping[str, str], name: str) -> dict[str, str]:
 
 
 def _expanded(key: str, text: str) -> str:
-    """Return `text` with its variables' values and the home folder; `$` before anything else stays."""
+    """Return `text` with variables and the home folder expanded; a `$` before no name stays."""
 
     def value(found: re.Match) -> str:
         name = found[1] or found[2]
         if name not in os.environ:
             raise CraftmeshError(
-                f"{key} is {text!r}, and the variable {name} is not set; set it, or write the path out"
+                f"{key} is {text!r}, but the variable {name} is not set; set it, or write the path out"
             )
         return os.environ[name]
 
     path = os.path.expanduser(_VARIABLE.sub(value, text))
     if path.startswith("~"):
         raise CraftmeshError(
-            f"{key} is {text!r}, and {path.split('/')[0]} is no user's home folder; expected ~/ or ./~"
+            f"{key} is {text!r}, but {path.split('/')[0]} is no user's home folder; write ~/ or ./~"
         )
     return path
 
 
 def _for_commands(key: str, path: str) -> str:
-    """Return `path` as rules and commands take it: absolute where it would be a flag."""
+    """Return `path` for rules and commands, absolute if it begins with `-`; raises CraftmeshError."""
     found = _FILLED_IN.search(path)
     if found:
         raise CraftmeshError(
-            f"{key} is {path!r}; expected a path without braces or <name>: Snakemake fills them"
+            f"{key} is {path!r}; expected a path without braces or <name>: Snakemake replaces them"
         )
     if _ADDRESS.match(path):
-        raise CraftmeshError(f"{key} is {path!r}; expected a path in the file system, not an address")
+        raise CraftmeshError(f"{key} is {path!r}; expected a path in the file system, not a URL")
     if any(unicodedata.category(letter) in _BREAKING for letter in path):
-        raise CraftmeshError(f"{key} is {path!r}; expected a path of one line of text, in UTF-8")
+        raise CraftmeshError(f"{key} is {path!r}; expected a path of one line, in UTF-8")
     path = str(Path(path))
     return os.path.abspath(path) if path.startswith("-") else path

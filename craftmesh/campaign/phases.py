@@ -1,4 +1,4 @@
-"""Notes before a stage runs: materials of phases that no grain has, and phases without a material."""
+"""Notes before any stage runs: materials for phases that no grain has, and phases without a material."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ from craftmesh.mechanics.user_materials import parse_templates
 
 
 def phase_notes(cases: Iterable[Case]) -> Iterator[str]:
-    """Yield notes, each with its cases: materials of phases that no grain has, and phases without one."""
+    """Yield a note, with case names, for each material of a phase without grains and the reverse."""
     found: dict[str, list[str]] = {}
     for case in cases:
         for fault in _faults(case):
@@ -37,20 +37,20 @@ def _faults(case: Case) -> Iterator[str]:
     for key, materials in given.items() if there else ():
         unused = [phase for phase in materials if phase not in there]
         if unused:
-            yield f"inp.{key} has phase {listed(unused)}, which no grain has; phases there: {listed(there)}"
+            yield f"inp.{key} names phase {listed(unused)}, but no grain has it; phases: {listed(there)}"
         lacking = [phase for phase in there if phase not in materials]
         if lacking:
-            yield f"inp.{key} has none for phase {listed(lacking)}, which grains have; give one for it too"
+            yield f"inp.{key} has no entry for phase {listed(lacking)}, which grains have; add one"
 
 
 def _phases(case: Case) -> list[int]:
-    """Return the phases of a case's grains, none where its file has none or is refused.
+    """Return the phases (numbers) of a case's grains; [] if its file has no phases or cannot be read.
 
-    A file is read once while it stays as it is.
+    The result is kept in a file, so that a microstructure is read again only when it changes.
     """
     if case.microstructure == SYNTHETIC:
         return [1]
-    from craftmesh.voxels.reading import ReadOptions, read_voxels  # takes long to import
+    from craftmesh.voxels.reading import ReadOptions, read_voxels  # here because its import is slow
 
     keys = fields_of(ReadOptions, case.settings["import"])
     content = digest_of(os.path.abspath(case.microstructure), keys["format"])
@@ -62,7 +62,7 @@ def _phases(case: Case) -> list[int]:
         pass
     try:
         phases = read_voxels(case.microstructure, ReadOptions(**keys)).voxels.phases
-    except (CraftmeshError, OSError):  # its stage says what is wrong with it
+    except (CraftmeshError, OSError):  # the stage `import` reports the error
         return []
     found = [] if phases is None else np.unique(phases[phases > 0]).tolist()
     keep(entry, found)

@@ -1,4 +1,4 @@
-"""What a campaign asked for: as text, which its report keeps, and what the report asks of its cases."""
+"""The record of a campaign: its configuration and cases as the report keeps them, and cases to solve."""
 
 import json
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 from craftmesh.campaign.campaign import Campaign
 from craftmesh.report.sweeps import SOLVED, sweeps
 
-# Keys of the configuration that say where files are and how jobs are shared, not what is made.
+# Configuration keys that set where files are and how jobs run; they do not change results.
 PLACES = ("cases", "results", "data", "chunks", "warm", "exports", "sweep", "node", "report")
 
 
 def campaign_record(campaign: Campaign) -> str:
-    """Return as JSON a campaign's configuration and cases, each with the sections that it changes."""
+    """Return a campaign's configuration and cases as JSON, each case with the sections that it changes."""
     config = {key: value for key, value in campaign.config.items() if key not in PLACES}
     cases = _cases(campaign)
     for name, case in cases.items():
@@ -22,7 +22,7 @@ def campaign_record(campaign: Campaign) -> str:
 
 
 def solved_for_report(campaign: Campaign) -> set[str]:
-    """Return the cases that are solved for their sweep's sake, as `report.quantity` asks for."""
+    """Return the names of cases in sweeps, if `report.quantity` needs their solutions; else none."""
     if campaign.config["report"]["quantity"] not in SOLVED:
         return set()
     asked = _cases(campaign)

@@ -1,7 +1,7 @@
-"""Which runs of Snakemake work in a folder, and the lock that a dead one left.
+"""Runs of Snakemake in a folder, and removal of the lock that a killed run left.
 
-Snakemake's locks do not say whose they are. Each run leaves a file with its process while it lives; a lock
-stays where the run was killed, and so does that file.
+Snakemake's locks do not name their process. So each run writes a file that names its process, and removes
+it at its end. If a run is killed, its lock and this file stay.
 """
 
 import atexit
@@ -17,7 +17,10 @@ _BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
 class Run(NamedTuple):
-    """A process on a machine: the machine's name and start, the process's number and start."""
+    """A process on a machine.
+
+    host: machine name; boot: id of the machine's boot; pid: process id; start: start time in clock ticks.
+    """
 
     host: str
     boot: str
@@ -30,7 +33,7 @@ class Run(NamedTuple):
 
     @property
     def is_dead(self) -> bool:
-        """True where it is certain; a process on another machine cannot be seen."""
+        """True if the process has certainly ended; False for a process on another machine."""
         return self.is_here and self != run_of(self.pid)
 
     def __str__(self) -> str:
@@ -38,7 +41,7 @@ class Run(NamedTuple):
 
 
 def run_of(pid: int) -> Run | None:
-    """Return a process of this machine; None where there is none."""
+    """Return the process `pid` of this machine; None if there is none, or only a zombie."""
     try:
         words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         boot = _BOOT.read_text().strip()
@@ -48,9 +51,9 @@ def run_of(pid: int) -> Run | None:
 
 
 def enter() -> str:
-    """Leave this process's file in the folder, and return a note on other runs there, empty without one.
+    """Write this process's file in the folder; return a note on locks of other runs, empty without locks.
 
-    Where all other runs are dead, their lock and files are removed.
+    Files of dead runs are removed; if all other runs are dead, so is their lock.
     """
     others = {path: Run(*json.loads(path.read_text())) for path in RUNS.glob("*.json")}
     own = RUNS / f"{os.uname().nodename}-{os.getpid()}.json"
@@ -59,7 +62,7 @@ def enter() -> str:
         RUNS.mkdir(parents=True, exist_ok=True)
         own.write_text(json.dumps(run_of(os.getpid())))
     except OSError:
-        return ""  # Snakemake says why it cannot write here
+        return ""  # Snakemake reports why it cannot write here
     atexit.register(own.unlink, missing_ok=True)
     living = [run for run in others.values() if not run.is_dead]
     for path, run in others.items():
@@ -75,7 +78,7 @@ def enter() -> str:
 
 def _holders(living: list[Run]) -> str:
     if not living:
-        return "a run that is not known; if none runs on any machine, `snakemake --unlock` and start again"
+        return "an unknown run; if none runs on any machine, run `snakemake --unlock` and start again"
     here = all(run.is_here for run in living)
-    advice = "wait for its end, or kill it" if here else "if it is dead, run `snakemake --unlock`"
+    advice = "wait for its end, or kill it" if here else "if it has ended, run `snakemake --unlock`"
     return f"another run, {', '.join(map(str, living))}; {advice}"

@@ -1,4 +1,4 @@
-"""The sheet of cases: rows, columns, lists of values, and the cases that come of them."""
+"""The case table: its rows, columns and lists of values, and the cases made from them."""
 
 import itertools
 import re
@@ -15,18 +15,18 @@ from craftmesh.errors import CraftmeshError, listed, named
 from craftmesh.io.text_table import read_rows
 from craftmesh.io.yaml_file import parse_yaml
 
-# which files a deck consists of is asked before the cases are known; all run on one cluster, and one page
-# shows all
+# Keys that no case may set alone: the deck's files must be known before the cases, and all cases share one
+# cluster and one report.
 WHOLE_CAMPAIGN = {"inp.includes", "node.cpus", "node.mem_mb", "report.quantity", "report.tolerance"}
-LONGEST_VALUE = 24  # letters that a value may add to a case's name; longer ones are counted
+LONGEST_VALUE = 24  # letters of a value in a case's name; a longer value is replaced by its number
 COLUMNS = ("case", "microstructure", "crack", "increments")
-OPTIONAL = ("growth",)  # a column that a sheet may have besides those
+OPTIONAL = ("growth",)  # further columns that a case table may have
 
 
 def case_keys(schema: Mapping[str, Any], config: Mapping[str, Any]) -> dict[str, dict]:
-    """Return the schema of each key that a case may have to itself, by `section.key` or `cracks.NAME.key`.
+    """Return the schema of each key that a case may set, by `section.key` or `cracks.NAME.key`.
 
-    schema: the configuration's. config: one that fits it, whose cracks are those that have keys.
+    schema: the configuration's; config: a valid configuration, from which the names of cracks come.
     """
     found: dict[str, dict] = {}
     for section, inner in schema["properties"].items():
@@ -38,38 +38,38 @@ def case_keys(schema: Mapping[str, Any], config: Mapping[str, Any]) -> dict[str,
 
 
 def check_key(key: str, known: Mapping[str, Any], place: str) -> None:
-    """Raise CraftmeshError, beginning with `place`, unless a case may have `key` to itself."""
+    """Raise CraftmeshError, beginning with `place`, unless a case may set `key`, one of `known`."""
     if key in known:
         return
     if key in WHOLE_CAMPAIGN:
-        raise CraftmeshError(f"{place}: {key} holds for all cases; set it in the configuration")
+        raise CraftmeshError(f"{place}: {key} applies to all cases; set it in the configuration file")
     near = get_close_matches(key, known, 1)
     hint = f"did you mean {near[0]!r}?" if near else "expected section.key, such as sizing.l_min"
     raise CraftmeshError(f"{place}: unknown key {key!r}; {hint}")
 
 
 def cell_value(text: str, schema: Mapping[str, Any], place: str) -> Any:
-    """Return the value of a cell, which is read as YAML, like a value in the configuration.
+    """Return the value of a cell, whose `text` is read as YAML, like a value in the configuration.
 
-    schema: of the cell's key. A key of texts gets the words as written, numbers, dates, yes and no too.
+    schema: of the cell's key. If the key takes text, numbers, dates, yes and no stay as written.
     """
     import yaml
 
     try:
         words = yaml.load(text, yaml.BaseLoader)
     except yaml.YAMLError:
-        raise CraftmeshError(f"{place} is {text!r}; expected a value as in the configuration") from None
+        raise CraftmeshError(f"{place} is {text!r}; write a valid YAML value") from None
     try:
         return _as_written(parse_yaml(text, place), words, schema)
     except CraftmeshError:
         several = words if isinstance(words, list) and "array" not in kinds_of(schema) else [words]
-        if all(is_valid(filled(word, schema), schema) for word in several):  # 0012, a name or 12
+        if all(is_valid(filled(word, schema), schema) for word in several):  # 0012 is text or the number 12
             return words
         raise
 
 
 def _as_written(value: Any, words: Any, schema: Mapping[str, Any]) -> Any:
-    """Return `value`, or `words`, the same with texts alone, where only these fit the schema."""
+    """Return `value`, or, if only it fits the schema, `words`: the same cell with all scalars as text."""
     if value is None or is_valid(filled(value, schema), schema):
         return value
     if isinstance(value, list) and not is_valid(words, schema):
@@ -79,14 +79,14 @@ def _as_written(value: Any, words: Any, schema: Mapping[str, Any]) -> Any:
 
 @dataclass(frozen=True)
 class Choice:
-    """The values that a row has for one key; a list of values (`swept`) is in the names of its cases."""
+    """The values of one key in a row; swept: the row becomes a case for each value, named after it."""
 
     values: Sequence[Any]
     swept: bool = False
 
 
 def choice(value: Any, schema: Mapping[str, Any], place: str) -> Choice:
-    """Return the values of a key in one cell: its own, or those of a list that is no value of the key."""
+    """Return the values of a key in one cell: one value, or those of a list that is not itself a value."""
     value = filled(value, schema)
     takes_lists = "array" in kinds_of(schema)
     if not isinstance(value, list) or (takes_lists and is_valid(value, schema)):
@@ -94,15 +94,15 @@ def choice(value: Any, schema: Mapping[str, Any], place: str) -> Choice:
     if takes_lists and not all(isinstance(item, list) for item in value):
         return Choice([value])
     if not value:
-        raise CraftmeshError(f"{place} is an empty list; expected a value or several")
+        raise CraftmeshError(f"{place} is an empty list; give at least one value")
     return Choice([filled(item, schema) for item in value], swept=True)
 
 
 def variants(name: str, cells: Mapping[str, Choice]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the name and the value of every key for each case that comes of one row.
+    """Yield the name of each case made from one row, and its value of every key.
 
-    A row without swept keys is one case under the row's name; otherwise every value of each key goes with
-    every value of the others, and the name is followed by the swept keys and their values.
+    name: the row's; cells: by column or key. A row without swept keys is one case with the row's name.
+    Otherwise all combinations of values are cases; their names end in the swept keys and values.
     """
     swept = [key for key, cell in cells.items() if cell.swept]
     last = [key.rpartition(".")[2] for key in swept]
@@ -114,7 +114,7 @@ def variants(name: str, cells: Mapping[str, Choice]) -> Iterator[tuple[str, dict
 
 
 def _word(number: int, value: Any) -> str:
-    """Return a value as part of a folder's name, or its number in the list where that would be long."""
+    """Return a value as part of a folder's name; its `number` in the list if it is empty or too long."""
     word = as_case_name(_text(value))
     return word if 0 < len(word) <= LONGEST_VALUE else str(number)
 
@@ -128,7 +128,7 @@ def _text(value: Any) -> str:
 
 
 def laid_over(config: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of `config` with the values of the keys of `case_keys` in place of its own."""
+    """Return a copy of `config` updated with `changes`, whose keys are keys of `case_keys`."""
     made = {**config, "cracks": dict(config["cracks"])}
     for path, value in changes.items():
         inner, _, key = path.rpartition(".")
@@ -140,7 +140,10 @@ def laid_over(config: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
 
 @dataclass(frozen=True)
 class Rules:
-    """What rows are held against: the schemas of a row and of the configuration, and that, checked."""
+    """What checks a row: `row` and `schema`, the schemas of a row and of the configuration, and `config`.
+
+    config: the checked configuration of the campaign.
+    """
 
     row: dict
     schema: dict
@@ -148,24 +151,23 @@ class Rules:
 
     @cached_property
     def keys(self) -> dict[str, dict]:
-        """The schemas of the keys that a case may have to itself."""
+        """The schema of each key that a case may set."""
         return case_keys(self.schema, self.config)
 
 
 def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
-    """Read the sheet of cases, a table as text; lines that start with # are left out.
+    """Return the cases of a case table, a text file, by name; lines that start with # are comments.
 
-    A column `section.key` has the key's value for each case; where the cell is empty, or missing at the end
-    of a line, the configuration's holds. A list of values, there or under the configuration's `sweep`,
-    makes a case of each.
-    Raises CraftmeshError that names the file, and the line and the case where they matter.
+    A column `section.key` sets this key for each case. Where its cell is empty, or missing at the end of a
+    line, the configuration's value is used. A list of values, in a cell or in the configuration's `sweep`,
+    makes one case per value. Raises CraftmeshError that names the file and, if known, the line and case.
     """
     if not path.exists():
-        raise CraftmeshError(f"cases: {path} is not there; expected a sheet with {listed(COLUMNS)}")
+        raise CraftmeshError(f"cases: {path} does not exist; give a table with columns {listed(COLUMNS)}")
     swept = _sweep(rules)
     rows = read_rows(path)
     for _, cells in rows:
-        while len(cells) > 1 and not cells[-1]:  # spreadsheets leave them
+        while len(cells) > 1 and not cells[-1]:  # empty cells that spreadsheets write
             cells.pop()
     columns = _columns(rows[0][1], rules.keys) if rows else []
     _check_columns(columns, rules.keys, str(path))
@@ -175,22 +177,22 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
         lacking = columns[len(row) :]
         if len(row) > len(columns) or set(lacking) & set(COLUMNS):
             raise CraftmeshError(
-                f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(columns)}, {listed(columns)}"
+                f"{place}, case {row[0]!r}: {len(row)} cells; expected {len(columns)}: {listed(columns)}"
             )
         if any("\ufffd" in cell for cell in row):
-            raise CraftmeshError(f"{place}: letters that are not UTF-8; expected text saved as UTF-8")
+            raise CraftmeshError(f"{place}: not valid UTF-8; save the file as UTF-8")
         for case in _cases(dict(zip(columns, row + [""] * len(lacking))), swept, rules, place):
             if case.name in cases:
-                raise CraftmeshError(f"{place}: case {case.name!r} is there twice; names must differ")
+                raise CraftmeshError(f"{place}: duplicate case name {case.name!r}; use different names")
             cases[case.name] = case
     if not cases:
-        raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
+        raise CraftmeshError(f"{path}: contains no case; add at least one row below the header")
     check_capitals(cases, str(path))
     return cases
 
 
 def _sweep(rules: Rules) -> dict[str, Choice]:
-    """Return the values of the configuration's sweep, each checked as the key itself."""
+    """Return the values of each key in the configuration's `sweep`, checked like the key's own value."""
     swept = {}
     for key, values in rules.config["sweep"].items():
         check_key(key, rules.keys, "sweep")
@@ -202,7 +204,10 @@ def _sweep(rules: Rules) -> dict[str, Choice]:
 
 
 def _columns(heads: Sequence[str], known: Mapping[str, Any]) -> list[str]:
-    """Return the columns that heads mean, whose capitals count only where two columns differ in them."""
+    """Return the column names that `heads` mean: capitals and spaces around dots do not matter.
+
+    Capitals matter only between known names that differ in nothing else; unknown heads are unchanged.
+    """
     meant = [*COLUMNS, *OPTIONAL, *known]
     by_small: dict[str, list[str]] = {}
     for name in meant:
@@ -214,7 +219,7 @@ def _columns(heads: Sequence[str], known: Mapping[str, Any]) -> list[str]:
 def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str) -> None:
     if not set(COLUMNS) <= set(columns) or len(set(columns)) < len(columns):
         raise CraftmeshError(
-            f"{place}: columns {listed(columns)}; expected {listed(COLUMNS)} and perhaps "
+            f"{place}: columns {listed(columns)}; expected {listed(COLUMNS)}, optionally "
             f"{listed(OPTIONAL)} and section.key, each once"
         )
     for column in columns:
@@ -225,7 +230,7 @@ def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str)
 def _cases(
     cells: Mapping[str, str], swept: Mapping[str, Choice], rules: Rules, place: str
 ) -> Iterator[Case]:
-    """Yield the cases of one row; a column's cell takes the place of a sweep of the same key."""
+    """Yield the cases of one row; a non-empty cell overrides a sweep of the same key."""
     row = cells["case"]
     choices = {**swept, **_choices(cells, rules.keys, rules.row["properties"], f"{place}, case {row!r}")}
     for name, values in variants(row, choices):
@@ -246,18 +251,18 @@ def _cases(
 
 
 def _settings(changes: Mapping[str, Any], rules: Rules, place: str) -> dict[str, Any]:
-    """Return the configuration with a case's changes; they alone are held against the schema, for speed."""
+    """Return the configuration updated with a case's changes; for speed, only the changes are validated."""
     made = laid_over(rules.config, changes)
     if not all(is_valid(value, rules.keys[key]) for key, value in changes.items()):
         with named(place):
-            completed(made, rules.schema)  # says which key
+            completed(made, rules.schema)  # raises an error that names the key
     return made
 
 
 def _choices(
     cells: Mapping[str, str], known: Mapping[str, dict], row: Mapping[str, dict], place: str
 ) -> dict[str, Choice]:
-    """Return what a row's cells say, but for its name and empty cells of keys."""
+    """Return the values of a row's cells by column, except its name and empty optional cells."""
     found = {}
     for column, text in cells.items():
         at = f"{place}, column {column}"

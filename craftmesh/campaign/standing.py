@@ -1,4 +1,4 @@
-"""Where the cases in a folder of results stand, by its files and logs: whoever runs them, and wherever."""
+"""Status of the cases in a results folder, found from its files and logs, whichever machine runs them."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -12,14 +12,14 @@ from craftmesh.campaign.effort import Sizes, effort, sizes_of
 from craftmesh.io.json_file import read_json
 from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
 
-# What volume.vtu holds in another form; where it is there they may be removed.
+# Files whose content volume.vtu also has; they may be missing once it exists.
 SPARE = tuple(STAGES[name].made for name in ("surface", "gradated", "tets"))
-RULES = {"import": "import_microstructure"}  # of the workflow, where they are not called as the stage
-_PROGRESS = re.compile(r"\w+ +(\d+)% ")  # of `ProgressLine` in a log
+RULES = {"import": "import_microstructure"}  # names of the workflow's rules that differ from the stage's
+_PROGRESS = re.compile(r"\w+ +(\d+)% ")  # a line of `ProgressLine` in a log
 
 
 class Job(NamedTuple):
-    """A stage of an increment, or of the whole case where that is empty, by the name of its log."""
+    """A stage of an increment, or of the whole case if `increment` is empty; name: that of its log."""
 
     increment: str
     name: str
@@ -31,13 +31,13 @@ class Job(NamedTuple):
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a case stands.
+    """Status of a case.
 
-    at_most: whether the crack grows and may end before its last increment. job: the job that runs or comes
-    next, None if all is made; runs: whether that job has begun. share: the work that is done, 0 to 1, and
-    left: seconds of the remaining jobs, one after another; both count all increments. left is None before
-    the microstructure is imported. ended: why the crack ended before its last increment, else empty.
-    failures: errors in which logs end. doubted: increments with a front on which no K is to be trusted.
+    at_most: whether the crack grows and may end before its last increment. job: the job that runs or is
+    next, None if all is made; runs: whether it has begun. share: fraction of the work that is done, and
+    left: seconds of the remaining jobs in sequence; both count all increments. left is None before the
+    microstructure is imported. ended: why the crack stopped before its last increment, else empty.
+    failures: errors at the ends of logs. doubted: increments with a front on which no K is reliable.
     """
 
     case: str
@@ -52,11 +52,11 @@ class Standing:
     doubted: list[str]
 
     def __str__(self) -> str:
-        """Return one line for readers."""
+        """Return the status as one line of text for the user."""
         if self.failures:
             log, line = self.failures[0].log, self.failures[0].line
             return f"{self.case}: failed, {log}: {line}"
-        doubts = f"; no K to be trusted in {', '.join(self.doubted)}, see report.html" * bool(self.doubted)
+        doubts = f"; no reliable K in {', '.join(self.doubted)}, see report.html" * bool(self.doubted)
         if self.job is None:
             return f"{self.case}: " + (f"stopped, {self.ended}" if self.ended else "all is made") + doubts
         words = [self.job.stage if self.runs else f"{self.job.stage} waits"]
@@ -70,9 +70,9 @@ class Standing:
 
 
 def standings(results: Path, campaign: str | None = None, since: float = 0.0) -> list[Standing]:
-    """Return where each case stands that was begun in a folder of results; of one campaign alone.
+    """Return the status of each case that has begun in the folder `results`, of one `campaign` if given.
 
-    since: logs that are older than that time do not count.
+    since: time in seconds since the epoch; older logs are ignored.
     """
     records = {path.parent.name: read_json(path) for path in sorted(results.glob(f"*/{RECORD}"))}
     return [
@@ -83,7 +83,7 @@ def standings(results: Path, campaign: str | None = None, since: float = 0.0) ->
 
 
 def standing(results: Path, case: str, record: Mapping[str, Any], since: float = 0.0) -> Standing:
-    """Return where a case stands that was asked for in its `record`."""
+    """Return the status of a case; record: its content of the file RECORD; since: as for `standings`."""
     folder = results / case
     ended = _end(folder, record)
     steps = list(_steps(results, case, record, ended[0] if ended else record["increments"], since))
@@ -92,7 +92,7 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
     works = [_expected(job.stage, sizes, 1) for job, _, _ in steps]
     done = sum(work * share for work, (_, share, _) in zip(works, steps))
     took = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
-    # as planned until stages have run again: a first job may have compiled its kernels
+    # Measured paces leave out each stage's longest job, because it may have compiled kernels.
     paces = [(c.seconds - c.longest) / (c.jobs - 1) / _expected(c.stage, sizes) for c in took if c.jobs > 1]
     timed = (folder / STAGES["microstructure"].made).is_file()
     return Standing(
@@ -110,25 +110,25 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
 
 
 def _is_doubted(folder: Path, job: Job) -> bool:
-    """Return whether a job that is made found a front without a K to be trusted."""
+    """Return True if a finished job `fracture` found a front on which no K is reliable."""
     path = folder / job.increment / STAGES["fracture"].made
     return job.name == "fracture" and bool(read_json(path).get("growth", {}).get("doubted"))
 
 
 def _expected(stage: str, sizes: Sizes, chunks: int = 2) -> float:
-    """Return the seconds that a job of a stage takes where its kernels are compiled."""
+    """Return the estimated seconds of a job of a stage, without compiling its kernels."""
     return effort(RULES.get(stage, stage), sizes, chunks).seconds
 
 
 def _steps(
     results: Path, case: str, record: Mapping[str, Any], increments: int, since: float
 ) -> Iterator[tuple[Job, float, bool]]:
-    """Yield each job, the share of it that is made, and whether it has begun.
+    """Yield each job, the fraction of it that is done, and whether it has begun.
 
-    What follows a job that is not made is not either: its files are those of an earlier run.
+    Jobs after an unfinished job count as not done, because their files are from an earlier run.
     """
     grows = record["growth"] != PRESCRIBED
-    is_made = {"": True}  # by increment, where they do not follow each other
+    is_made = {"": True}  # by increment, if increments do not depend on each other
     for job in jobs(record, increments):
         way = "" if grows else job.increment
         logs = results / "logs" / case / job.increment
@@ -141,7 +141,7 @@ def _steps(
 
 
 def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
-    """Yield the jobs of a case that its record asks for, in the order of the way."""
+    """Yield the jobs of a case, as its `record` requests, in the order in which they run."""
     if record["microstructure"] == SYNTHETIC:
         yield Job("", "generated")
     yield from (Job("", name) for name in ("microstructure", "remeshed"))
@@ -155,7 +155,7 @@ def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
 
 
 def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
-    """Return after how many increments a crack stopped before the last one, and why."""
+    """Return the number of increments and the reason, if the crack stopped early; else None."""
     for number in range(record["increments"] if record["growth"] != PRESCRIBED else 0):
         path = folder / f"{number:03d}" / STAGES["growth"].made
         if not path.is_file():
@@ -171,11 +171,11 @@ def _time(path: Path) -> float:
 
 
 def _share_made(path: Path, log: Path | None) -> float:
-    """Return 1 for a file that is there, else how far the log of its job says that it is."""
+    """Return the fraction of a job that is done: 1 if its file `path` exists, else that in its log."""
     volume = path.with_name(STAGES["volume"].made)
     if path.name in SPARE and volume.is_file() and (log is None or _time(log) <= _time(volume)):
         return 1.0
-    if path.name == "tets" and log is not None:  # a folder of parts, K-of-N.npz
+    if path.name == "tets" and log is not None:  # folder with one file K-of-N.npz per part
         parts = int(log.stem.rpartition("-")[2])
         made = len(list(path.glob(f"*-of-{parts}.npz")))
         return min(made / parts, 1.0)

@@ -52,11 +52,11 @@ def test_a_case_has_several_cracks_with_commas_between_them(campaign):
     first, second = found.crack_flags("one", "001").split(" --and ")
     assert "--l0 1.0" in first and "--radius 5.0" in first and "--radius 9.0" in second
     assert found.crack_files("one", "001") == [] and found.crack("one", "000")["crack"]
-    with pytest.raises(CraftmeshError, match="cracks.given.file: a.stl is not there"):
+    with pytest.raises(CraftmeshError, match="cracks.given.file: a.stl does not exist"):
         campaign("one\tsynthetic\tpenny,given\t2\n", cracks=cracks)
-    with pytest.raises(CraftmeshError, match="crack is 'small'; expected one of .*, or several"):
+    with pytest.raises(CraftmeshError, match="unknown crack 'small'; known .*, or several"):
         campaign("one\tsynthetic\tpenny,small\t2\n", cracks=cracks)
-    with pytest.raises(CraftmeshError, match="expected each crack once"):
+    with pytest.raises(CraftmeshError, match="name each crack once"):
         campaign("one\tsynthetic\tpenny,penny\t2\n", cracks=cracks)
 
 
@@ -81,7 +81,7 @@ def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign)
 def test_only_the_first_crack_of_a_growing_case_has_to_be_prescribed(campaign):
     given = {"given": PENNY | {"increments": [5.0]}}
     campaign("one\tsynthetic\tgiven\t3\tgrow\n", GROWING, cracks=given)
-    with pytest.raises(CraftmeshError, match="prescribes 1 increments"):
+    with pytest.raises(CraftmeshError, match="lists 1 increments"):
         campaign("one\tsynthetic\tgiven\t3\tprescribed\n", GROWING, cracks=given)
 
 
@@ -134,7 +134,7 @@ def test_case_without_crack_has_no_crack_file(campaign):
     ("keys", "said"),
     [
         ({"sizng": {}}, "unknown key 'sizng'; did you mean 'sizing'"),
-        ({"sizing": {"l0": 1, "zzz": 2}}, "unknown key 'sizing.zzz'; expected one of l_min"),
+        ({"sizing": {"l0": 1, "zzz": 2}}, "unknown key 'sizing.zzz'; known: l_min"),
         ({"sizing": {"l_min": 4, "l_max": 3}}, "sizing.l_min is 4.* l_max.* 3"),
         ({"sizing": {"l0": float("nan")}}, "sizing.l0 is nan; expected a number > 0"),
         ({"sizing": {"l0": "1,5"}}, "sizing.l0 is '1,5'; expected a number > 0.*write 1.5"),
@@ -148,9 +148,9 @@ def test_case_without_crack_has_no_crack_file(campaign):
         ({"cracks": {"penny": {"centre": [1, 2]}}}, "cracks.penny.centre is .1, 2.; expected a list of 3"),
         (
             {"cracks": {"penny": PENNY | {"increments": [1.0]}}},
-            "cracks.penny.increments prescribes 1 increments; .*'one'.* 3",
+            "cracks.penny.increments lists 1 increments, .*'one'.* 3",
         ),
-        ({"cases": "gone.tsv"}, "gone.tsv is not there"),
+        ({"cases": "gone.tsv"}, "gone.tsv does not exist"),
     ],
 )
 def test_mistakes_in_the_configuration(campaign, keys, said):
@@ -180,18 +180,18 @@ def test_numbers_that_yaml_takes_for_text_are_numbers(campaign, text):
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("one\tsynthetic\tpenny\t3\n" * 2, "line 3: case 'one' is there twice"),
+        ("one\tsynthetic\tpenny\t3\n" * 2, "line 3: duplicate case name 'one'"),
         (
             "one\tsynthetic\tpenny\tx\n",
             "line 2, case 'one': increments is 'x'; expected a whole number >= 1",
         ),
         ("one\tsynthetic\tpenny\t0\n", "case 'one': increments is 0"),
-        ("one\tsynthetic\tpenny\n", "case 'one': 3 columns; expected 4, case, mic"),
-        ("a/b\tsynthetic\tpenny\t1\n", "case is 'a/b'"),
-        ("logs\tsynthetic\tpenny\t1\n", "case 'logs' is a name of the results"),
-        ("one\tsynthetic\tpeny\t1\n", "case 'one': crack is 'peny'; expected one of penny, none"),
-        ("one\tsynthetic\tnone\t2\n", "increments is 2 without a crack; expected 1"),
-        ("one\tgone.npz\tpenny\t1\n", "case 'one': microstructure .*gone.npz is not there"),
+        ("one\tsynthetic\tpenny\n", "case 'one': 3 cells; expected 4: case, mic"),
+        ("a/b\tsynthetic\tpenny\t1\n", "invalid case name 'a/b'"),
+        ("logs\tsynthetic\tpenny\t1\n", "case name 'logs' is reserved"),
+        ("one\tsynthetic\tpeny\t1\n", "case 'one': unknown crack 'peny'; known .*: penny, none"),
+        ("one\tsynthetic\tnone\t2\n", "increments is 2, but there is no crack; set it to 1"),
+        ("one\tgone.npz\tpenny\t1\n", "case 'one': microstructure .*gone.npz does not exist"),
         ("", "no case"),
     ],
 )
@@ -249,7 +249,7 @@ def test_a_sheet_may_have_other_separators_than_tabs(campaign, between):
         ("sizing.lmin", "column sizing.lmin: unknown key 'sizing.lmin'; did you mean 'sizing.l_min'?"),
         ("comment", "column comment: unknown key 'comment'; expected section.key"),
         ("case", "columns case, microstructure, crack, increments, case; expected .* each once"),
-        ("node.cpus", "node.cpus holds for all cases"),
+        ("node.cpus", "node.cpus applies to all cases"),
     ],
 )
 def test_columns_that_are_no_keys_or_there_twice(campaign, column, said):
@@ -258,14 +258,14 @@ def test_columns_that_are_no_keys_or_there_twice(campaign, column, said):
 
 
 def test_growth_without_a_crack_is_refused(campaign):
-    with pytest.raises(CraftmeshError, match="case 'one': growth is grow without a crack"):
+    with pytest.raises(CraftmeshError, match="case 'one': growth is grow, but there is no crack"):
         campaign("one\tsynthetic\tnone\t1\tgrow\n", GROWING)
 
 
 def test_a_sheet_in_another_encoding_is_refused(campaign, tmp_path):
     text = HEADER + "one\tk\u00f6rner.npz\tnone\t1\n"
     (tmp_path / "excel.tsv").write_text(text, encoding="latin-1")
-    with pytest.raises(CraftmeshError, match=r"excel.tsv, line 2: .*saved as UTF-8"):
+    with pytest.raises(CraftmeshError, match=r"excel.tsv, line 2: .*save the file as UTF-8"):
         read_campaign({"cases": str(tmp_path / "excel.tsv")})
 
 

@@ -63,5 +63,5 @@ def test_command_beside_python_is_put_on_the_path_first(tmp_path, monkeypatch):
 def test_missing_command_is_said_with_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "/nowhere")
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
-    with pytest.raises(CraftmeshError, match="craftmesh is not in .* -m pip install"):
+    with pytest.raises(CraftmeshError, match="the command craftmesh, .* is neither in .* -m pip install"):
         command_on_path()

@@ -97,7 +97,7 @@ def test_each_key_is_carried_over_or_named(imported):
 
 def test_what_is_left_out_has_craftmeshers_defaults_and_a_note_for_l0(imported):
     status, config, said = imported("<crackMesher><R0>8</R0><Rt>4</Rt></crackMesher>")
-    assert status == 0 and "sizing.l0 is then the voxel's edge" in said.out
+    assert status == 0 and "sizing.l0 is the voxel's edge" in said.out
     assert config["sizing"] == {"r0": 8.0, "r1": 12.0, "exponent": 3.0}
     assert config["gradate"]["junction_smoothing"] == 2
 
@@ -107,7 +107,7 @@ def test_what_is_left_out_has_craftmeshers_defaults_and_a_note_for_l0(imported):
     [
         ("<R0>8</R0>", "<R0>wide</R0>", "R0 is 'wide'; expected a number"),
         ("<R0>8</R0>", "<R0>-8</R0>", "R0 is '-8'; expected a number >= 0"),
-        ("<R0>8</R0>", "<R0>8</R0><R0>9</R0>", "key R0 is there twice"),
+        ("<R0>8</R0>", "<R0>8</R0><R0>9</R0>", "duplicate key R0"),
         ("<R0>8</R0>", "<R0>8</RO>", "not XML"),
         ("Length>3<", "Length>0.1<", "l_min is 0.5"),
     ],

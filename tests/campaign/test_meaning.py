@@ -50,9 +50,9 @@ WRONG_SECTIONS = [
     ({"inp": {"magnitude": 100}}, "inp.magnitude is 100, a strain over 1 in size"),
     ({"inp": {"eigenstrain": ["1e-3"]}}, "inp.eigenstrain: '1e-3'; expected KIND:VALUES"),
     ({"inp": {"lip_traction": [1, 2]}}, "inp.lip_traction has 2 numbers; expected 3"),
-    ({"inp": {"lip_field": "gone.csv"}}, "inp.lip_field: gone.csv is not there"),
-    ({"inp": {"eigenstrain_file": "gone.csv"}}, "inp.eigenstrain_file: gone.csv is not there"),
-    ({"inp": {"user_material": "gone.yaml"}}, "inp.user_material: gone.yaml is not there"),
+    ({"inp": {"lip_field": "gone.csv"}}, "inp.lip_field: gone.csv does not exist"),
+    ({"inp": {"eigenstrain_file": "gone.csv"}}, "inp.eigenstrain_file: gone.csv does not exist"),
+    ({"inp": {"user_material": "gone.yaml"}}, "inp.user_material: gone.yaml does not exist"),
     ({"inp": {"steps": ["saw:1"]}}, "inp.steps: 'saw:1'; expected ramp:LEVEL"),
     ({"inp": {"lip_pressure": "high"}}, "inp.lip_pressure is 'high'; expected a number"),
     ({"inp": {"axis": "zz"}}, "inp.axis is 'zz'; expected one of x, y, z"),
@@ -94,7 +94,7 @@ WRONG_SECTIONS = [
     ({"solve": {"command": ["ccx '{job}"]}}, "solve.command .*No closing quotation"),
     ({"solve": {"command": [""]}}, "solve.command '' is empty"),
     ({"sizing": {"l_min": 3, "l_max": 2}}, "sizing.l_min is 3; expected at most l_max"),
-    ({"sizing": {"points": "gone.csv"}}, "sizing.points: gone.csv is not there"),
+    ({"sizing": {"points": "gone.csv"}}, "sizing.points: gone.csv does not exist"),
     ({"sizing": {"l_min": 4}, "import": {"spacing": [1, 1, 1]}}, "sizing.l_min is 4.* l_max, which is 3"),
 ]
 
@@ -135,12 +135,12 @@ WRONG_CRACKS = [
     (PENNY | {"shape": "through_edge", "axis": [0, 0, 0]}, "axis is .*not parallel to the normal"),
     (PENNY | {"increments": ["a.stl"]}, "increments.0. is 'a.stl'; expected a radius"),
     ({"shape": "surface"}, "file is None; expected triangles"),
-    ({"shape": "surface", "file": "gone.stl"}, "file: gone.stl is not there"),
-    ({"shape": "surface", "file": "a.stl", "front": "gone.csv"}, "front: gone.csv is not there"),
+    ({"shape": "surface", "file": "gone.stl"}, "file: gone.stl does not exist"),
+    ({"shape": "surface", "file": "a.stl", "front": "gone.csv"}, "front: gone.csv does not exist"),
     ({"shape": "surface", "file": "a.stl", "radius": 4}, "radius is 4, but shape surface has no such"),
     ({"shape": "surface", "increments": [4.0]}, "file is 4.0; expected triangles"),
     ({"shape": "points", "file": "a.csv"}, "front is not given; expected the csv of the front"),
-    ({"shape": "fronts", "increments": ["gone.csv"]}, "increments.0.: gone.csv is not there"),
+    ({"shape": "fronts", "increments": ["gone.csv"]}, "increments.0.: gone.csv does not exist"),
     ({"shape": "fronts", "file": "a.csv", "front": "a.csv"}, "front is 'a.csv', but shape fronts"),
     ({"shape": "voxels", "file": "v.npz", "label": "one"}, "label is 'one'; expected a whole number"),
     (PATH | {"normal": [0, 0, 0]}, "normal is .*not zero"),
@@ -181,7 +181,7 @@ def test_cracks_that_are_sound(read, crack, increments):
     [
         (
             PENNY,
-            "increments is 3, and increment 1 is the same as 0; expected cracks.a.growth or .increments",
+            "increments is 3, but increment 1 is the same as 0; set cracks.a.growth or .increments",
         ),
         (PENNY | {"increments": [4, 4, 5]}, "increment 1 is the same as 0"),
         (PENNY | {"increments": [4, 5, 5]}, "increment 2 is the same as 1"),
@@ -196,9 +196,9 @@ def test_increments_that_would_be_the_same_deck(read, crack, said):
 
 
 def test_a_crack_that_shrinks_or_lacks_an_increment(read):
-    with pytest.raises(CraftmeshError, match="^cracks.a.increments shrinks from .5.0, 5.0. to .4.0, 4.0."):
+    with pytest.raises(CraftmeshError, match="^cracks.a.increments: the crack shrinks from .5.0, 5.0. to .4.0, 4.0."):
         read({"cracks": {"a": PENNY | {"increments": [5, 4]}}}, 2)
-    with pytest.raises(CraftmeshError, match="^cracks.a.increments prescribes 1 increments; case 'one'"):
+    with pytest.raises(CraftmeshError, match="^cracks.a.increments lists 1 increments, but case 'one'"):
         read({"cracks": {"a": PENNY | {"increments": [5]}}}, 2)
 
 
@@ -207,7 +207,7 @@ def test_a_crack_that_shrinks_or_lacks_an_increment(read):
 )
 def test_a_crack_that_grows_needs_a_load_and_its_elements(read, inp):
     read({"inp": inp})
-    with pytest.raises(CraftmeshError, match="^c.tsv, line 2, case 'one': inp..* and the crack grows"):
+    with pytest.raises(CraftmeshError, match="^c.tsv, line 2, case 'one': inp..* but the crack grows"):
         read({"inp": inp}, 2, growth="grow")
 
 
@@ -255,6 +255,6 @@ def test_a_small_crack_is_noted_once_for_all_its_cases(read):
     assert read({"sizing": {"l_min": 0.4}}).notes == []
     assert read({"sizing": {"l0": 0.8}}).notes == [] and read({}).notes == []
     (note,) = read({"sizing": {"l_min": 0.41}}).notes
-    assert note.startswith("case one: crack a is 4 large and its front's edges sizing.l_min 0.41; 10 edges")
+    assert note.startswith("case one: crack a has size 4, its front edges sizing.l_min 0.41; at least 10 edges")
     two = read({"sizing": {"l0": 1}}, column="inp.load", cell="[strain, stress]").notes
     assert len(two) == 1 and two[0].startswith("case one-load-strain and 1 more: crack a")

@@ -128,14 +128,14 @@ def test_cracks_and_growth_may_be_swept_too(sheet):
             ["3"],
             "unknown key 'cracks.gone.radius'; did you mean 'cracks.penny.radius'",
         ),
-        ("inp.includes", ["true"], "column inp.includes: inp.includes holds for all cases"),
+        ("inp.includes", ["true"], "column inp.includes: inp.includes applies to all cases"),
         ("sizing.l_min", ["", "x"], "line 3, case 'b': sizing.l_min is 'x'; expected a number > 0"),
         ("sizing.l_min", ["[0.4, x]"], "case 'a-l_min-x': sizing.l_min is 'x'; expected a number > 0"),
         ("sizing.l_min", ["[]"], "line 2, case 'a', column sizing.l_min is an empty list"),
-        ("sizing.l_min", ["[0.4"], "line 2, case 'a', column sizing.l_min is '.0.4'; expected a value"),
-        ("sizing.l_min", ["[0.4, 0.4]"], "line 2: case 'a-l_min-0.4' is there twice"),
+        ("sizing.l_min", ["[0.4"], "line 2, case 'a', column sizing.l_min is '.0.4'; write a valid YAML value"),
+        ("sizing.l_min", ["[0.4, 0.4]"], "line 2: duplicate case name 'a-l_min-0.4'"),
         ("sizing.l_min", ["4"], "line 2, case 'a': sizing.l_min is 4.* l_max"),
-        ("sizing.points", ["gone.csv"], "line 2, case 'a': sizing.points: gone.csv is not there"),
+        ("sizing.points", ["gone.csv"], "line 2, case 'a': sizing.points: gone.csv does not exist"),
         ("inp.load", ["", "pull"], "line 3, case 'b': inp.load is 'pull'; expected one of strain"),
         ("cracks.penny.file", ["a.stl"], "case 'a': cracks.penny.file is 'a.stl', but shape penny has no"),
         (
@@ -166,5 +166,5 @@ def test_mistakes_in_a_sweep(sheet, sweep, said):
 
 
 def test_a_growing_case_needs_displacements_of_second_order(sheet):
-    with pytest.raises(CraftmeshError, match="case 'a': inp.element is C3D4, and the crack grows"):
+    with pytest.raises(CraftmeshError, match="case 'a': inp.element is C3D4, but the crack grows"):
         sheet("growth", "grow", inp={"element": "C3D4"})

@@ -56,17 +56,17 @@ def test_home_and_variables_are_expanded_everywhere_alike(campaign, tmp_path, st
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"results": "$UNSET/x"}, "results is '$UNSET/x', and the variable UNSET is not set"),
-        ({"data": "${UNSET}"}, "data is '${UNSET}', and the variable UNSET is not set"),
-        ({"sizing": {"points": "$UNSET"}}, "sizing.points is '$UNSET', and the variable UNSET"),
+        ({"results": "$UNSET/x"}, "results is '$UNSET/x', but the variable UNSET is not set"),
+        ({"data": "${UNSET}"}, "data is '${UNSET}', but the variable UNSET is not set"),
+        ({"sizing": {"points": "$UNSET"}}, "sizing.points is '$UNSET', but the variable UNSET"),
         ({"results": "~nobody0/x"}, "~nobody0 is no user's home folder"),
         ({"results": "res{x}"}, "results is 'res{x}'; expected a path without braces"),
         ({"results": "res<logs>"}, "expected a path without braces or <name>"),
-        ({"results": "s3://bucket/x"}, "expected a path in the file system, not an address"),
+        ({"results": "s3://bucket/x"}, "expected a path in the file system, not a URL"),
         ({"results": "a\nb"}, "expected a path of one line"),
-        ({"results": "cases.tsv"}, "cases.tsv is no folder"),
-        ({"results": "cases.tsv/x"}, "cases.tsv is no folder"),
-        ({"data": "a\udcff"}, "expected a path of one line of text, in UTF-8"),
+        ({"results": "cases.tsv"}, "cases.tsv is not a folder"),
+        ({"results": "cases.tsv/x"}, "cases.tsv is not a folder"),
+        ({"data": "a\udcff"}, "expected a path of one line, in UTF-8"),
     ],
 )
 def test_paths_that_a_workflow_cannot_take_are_refused(campaign, keys, said):
@@ -123,18 +123,18 @@ def test_names_that_no_case_may_have(campaign, name):
 
 
 def test_cases_that_differ_in_capitals_alone_are_one_folder_elsewhere(campaign):
-    with pytest.raises(CraftmeshError, match="'Gefüge' and 'gefüge' differ in capitals alone"):
+    with pytest.raises(CraftmeshError, match="'Gefüge' and 'gefüge' differ only in capitals"):
         campaign("Gefüge\tsynthetic\tnone\t1\ngefüge\tsynthetic\tnone\t1\n")
 
 
 def test_a_file_in_the_place_of_a_case_is_refused(campaign, tmp_path):
     (tmp_path / "one").touch()
-    with pytest.raises(CraftmeshError, match="one is no folder"):
+    with pytest.raises(CraftmeshError, match="one is not a folder"):
         campaign(results=".")
 
 
 def test_a_target_that_stays_unexpanded_is_refused_with_its_path():
     refuse_unexpanded(["snakemake", "/home/me/r/v/labels.npz", "grow"], "~/r", "/home/me/r")
     refuse_unexpanded(["/bin/snakemake", "results/v/labels.npz"], "results", "results")
-    with pytest.raises(CraftmeshError, match="name it '/home/me/r/v/labels.npz'"):
+    with pytest.raises(CraftmeshError, match="write it as '/home/me/r/v/labels.npz'"):
         refuse_unexpanded(["snakemake", "~/r/v/labels.npz"], "~/r", "/home/me/r")

@@ -59,7 +59,7 @@ ELSEWHERE = {"host": "node7"}
         ([DEAD, {}], False, ["is locked by another run"]),
         ([ELSEWHERE], False, ["is locked by another run", "on node7", "snakemake --unlock"]),
         ([DEAD, ELSEWHERE], False, ["on node7", "snakemake --unlock"]),
-        ([], False, ["is locked by a run that is not known", "snakemake --unlock"]),
+        ([], False, ["is locked by an unknown run", "snakemake --unlock"]),
     ],
 )
 def test_a_lock_goes_where_all_other_runs_are_dead(runs, is_removed, words):

@@ -163,4 +163,4 @@ def test_the_line_of_a_case_says_where_no_k_is_to_be_trusted(tmp_path):
     found = tmp_path / "one" / "001" / STAGES["fracture"].made
     found.write_text(json.dumps({"growth": {"doubted": [1]}}))
     (one,) = standings(tmp_path)
-    assert str(one) == "one: all is made; no K to be trusted in 001, see report.html"
+    assert str(one) == "one: all is made; no reliable K in 001, see report.html"

@@ -85,15 +85,15 @@ def test_what_is_no_fault_is_read(text, found):
 
 
 KEYS = {
-    "1": "has the key 1, which is no text; put names",
-    "1.5": "has the key 1.5, which is no text",
-    "no": "has the key False, which is no text",
-    "null": "has the key None, which is no text",
-    "2024-01-31": "has the key 2024-01-31, which is no text",
+    "1": "has the key 1, which is not text; put names",
+    "1.5": "has the key 1.5, which is not text",
+    "no": "has the key False, which is not text",
+    "null": "has the key None, which is not text",
+    "2024-01-31": "has the key 2024-01-31, which is not text",
     "0012": "line 4: 0012 is to YAML an octal",
     "12:30": "line 4: 12:30 is to YAML an octal or sexagesimal",
-    "1_000": "has the key 1000, which is no text",
-    ".nan": "has the key nan, which is no text",
+    "1_000": "has the key 1000, which is not text",
+    ".nan": "has the key nan, which is not text",
     "? [a, b]\n  ": "unhashable",
 }
 
@@ -118,7 +118,7 @@ def test_names_in_quotes_are_taken_and_words_of_the_sheet_are_names(name, listed
 @pytest.mark.parametrize(
     ("radius", "said"),
     [
-        ("4,5", "cracks.a has the key 5, which is no text; a decimal comma. write 4.5"),
+        ("4,5", "cracks.a has the key 5, which is not text; a decimal comma. write 4.5"),
         ("'4,5'", "cracks.a.radius is '4,5'; expected a number > 0 .*; write 4.5"),
         ("1" + "0" * 400, r"cracks.a.radius is 1000+\.\.\.0+; expected a number > 0"),
         ("1" + "0" * 5000, "c.yaml: .* expected YAML"),
@@ -233,8 +233,8 @@ def test_cells_that_are_no_value_are_one_line(cell):
         (
             ["1=isotropic:1e5,0.3", "2=isotropic:1e5,0.3"],
             [
-                "case a: inp.material has phase 2, which no grain has; phases there: 1, 3",
-                "case a: inp.material has none for phase 3, which grains have; give one for it too",
+                "case a: inp.material names phase 2, but no grain has it; phases: 1, 3",
+                "case a: inp.material has no entry for phase 3, which grains have; add one",
             ],
         ),
     ],

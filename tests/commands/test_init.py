@@ -85,9 +85,9 @@ def test_stand_ins_are_said_and_known_metals_are_none(tmp_path, monkeypatch, cap
     config = init(tmp_path, monkeypatch, path)
     assert config["inp"]["material"] == [f"1={METALS['aluminium']}", f"2={METALS['titanium']}"]
     assert config["units"] == {"stress": "MPa"}
-    notes = [line for line in capsys.readouterr().out.splitlines() if "stand-in" in line]
+    notes = [line for line in capsys.readouterr().out.splitlines() if "placeholder" in line]
     assert len(notes) == 1 and "titanium" in notes[0] and "phase 2 (hexagonal)" in notes[0]
-    assert "stand-in for phase 2" in (tmp_path / "scan_1.yaml").read_text()
+    assert "placeholder for phase 2" in (tmp_path / "scan_1.yaml").read_text()
     read_campaign(config)
 
 
@@ -121,7 +121,7 @@ def test_what_zero_is_taken_for_is_written_and_said(tmp_path, monkeypatch, capsy
         folder.mkdir()
         config = init(folder, monkeypatch, volume(folder, labels=values))["import"]
         assert config["background"] == role and config.get("fill_unindexed", False) == (role == "unindexed")
-        assert "background: " in (folder / "scan_1.yaml").read_text().split("# what label 0 is")[0][-30:]
+        assert "background: " in (folder / "scan_1.yaml").read_text().split("# meaning of label 0")[0][-30:]
         assert f"label 0, {(values == 0).sum()} voxels" in capsys.readouterr().out
 
 

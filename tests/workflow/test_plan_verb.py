@@ -38,4 +38,4 @@ def test_a_mistake_is_the_line_of_the_campaign(new_folder):
     done = plan(folder.path)
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
-    assert line.startswith("craftmesh: error: ") and "gone.npz is not there" in line
+    assert line.startswith("craftmesh: error: ") and "gone.npz does not exist" in line
