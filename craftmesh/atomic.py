@@ -1,4 +1,4 @@
-"""Output files that appear whole or not at all."""
+"""Output files that are written completely or not at all."""
 
 import errno
 import os
@@ -13,11 +13,11 @@ from craftmesh.errors import CraftmeshError
 
 @contextmanager
 def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
-    """Yield a temporary name beside `path` that becomes `path` when the block ends well.
+    """Yield a temporary file name in the folder of `path`; the file is renamed to `path` after the block.
 
-    The name keeps the suffix of `path`; missing folders are made. When the block fails, the temporary
-    file is removed and a file that was at `path` before stays as it was. Raises CraftmeshError where
-    the system refuses to write (no space, no permission).
+    The name keeps the suffix of `path`; missing folders are created. If the block raises, the temporary
+    file is removed, and an older file at `path` stays unchanged. Raises CraftmeshError if the system cannot
+    write (no space, no permission).
     """
     with atomic_paths([path]) as (temporary,):
         yield temporary
@@ -25,10 +25,10 @@ def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextmanager
 def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
-    """Yield a new folder that becomes `path`, in place of an old one there, when the block ends well.
+    """Yield a new folder that is renamed to `path` after the block, and replaces an older folder there.
 
-    When the block fails, the new folder is removed and what was at `path` before stays as it was. Raises
-    CraftmeshError where the system refuses to write.
+    If the block raises, the new folder is removed, and an older one at `path` stays unchanged. Raises
+    CraftmeshError if the system cannot write.
     """
     target = Path(path)
     temporary = _beside(target)
@@ -48,10 +48,10 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextmanager
 def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
-    """Yield a temporary name for each of `paths`; all become theirs when the block ends well, or none does.
+    """Yield a temporary file name for each of `paths`; all are renamed after the block, none if it raises.
 
-    As `atomic_path`. The first path is the one that refers to the others: it goes before they change and
-    comes last, so it is never there beside files of another time.
+    As `atomic_path`. The first path is the file that refers to the others. It is removed before the others
+    change and renamed last, so it never exists together with older or newer files.
     """
     targets = [Path(path) for path in paths]
     temporaries = [_beside(target) for target in targets]
@@ -73,18 +73,18 @@ def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
 
 
 def _beside(target: Path) -> Path:
-    """Return a name beside `target` that nothing else has, with the same suffix."""
+    """Return an unused name in the folder of `target`, with the same suffix."""
     return target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}")
 
 
 @contextmanager
 def _told(target: Path) -> Iterator[None]:
-    """Raise CraftmeshError that names `target` where the system refuses to write."""
+    """Turn an OSError in the block into a CraftmeshError that names `target`."""
     try:
         yield
     except OSError as error:
         is_file = isinstance(error, FileExistsError | NotADirectoryError)
-        reason = f"{error.filename} is no folder" if is_file else error.strerror or str(error)
+        reason = f"{error.filename} is not a folder" if is_file else error.strerror or str(error)
         raise CraftmeshError(
-            f"{target}: cannot be written ({reason}); check the folder and its space"
+            f"{target}: cannot be written ({reason}); check the folder and the disk space"
         ) from error

@@ -1,4 +1,4 @@
-"""Progress of long stages: stages call `progress(fraction, text)`; where it goes is the caller's choice."""
+"""Progress of long stages: they call `progress(fraction, text)`, and the caller decides how it is shown."""
 
 import shutil
 import sys
@@ -8,15 +8,15 @@ from typing import Self, TextIO
 
 
 def silent(fraction: float, text: str) -> None:
-    """Say nothing: the default of every stage."""
+    """Do nothing: the default progress function of every stage."""
 
 
 class ProgressLine:
-    """A progress line on a terminal, or now and then a line in a log; a context manager that closes itself.
+    """A progress line for a terminal or log; a context manager that ends the line on exit.
 
-    Calling it with a fraction 0..1 and a short text writes `stage  42% text (12 s)`. A terminal's line is
-    rewritten in place; a log gets a new line at most every `interval` seconds. Stages that end
-    before `first` seconds write nothing.
+    A call with a fraction 0..1 and a short text writes `stage  42% text (12 s)`. On a terminal the line is
+    rewritten in place. A log gets a new line at most every `interval` seconds. Nothing is written in the
+    `first` seconds.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class ProgressLine:
         self.close()
 
     def close(self) -> None:
-        """End the terminal's line, so that what follows starts on its own."""
+        """End the terminal's line, so that later output begins on a new line."""
         if self.width:
             self.stream.write("\n")
             self.stream.flush()
@@ -58,9 +58,9 @@ class ProgressLine:
 
 
 class LiveLines:
-    """Lines that a terminal shows in one place and rewrites; a context manager that takes them away.
+    """Lines that a terminal shows in one place and rewrites; a context manager that clears them on exit.
 
-    A log gets those that have changed, at most every `interval` seconds.
+    A log gets only lines that have changed, at most every `interval` seconds.
     """
 
     def __init__(self, stream: TextIO | None = None, interval: float = 30.0):
@@ -71,7 +71,7 @@ class LiveLines:
         self.shown: list[str] = []
 
     def show(self, lines: Sequence[str]) -> None:
-        """Show `lines`, of more than the terminal is high the last ones."""
+        """Show `lines`; if they exceed the terminal's height, only the last ones."""
         if self.is_terminal:
             width, height = shutil.get_terminal_size()
             up = f"\x1b[{len(self.shown)}F" if self.shown else ""

@@ -56,7 +56,7 @@ class Campaign:
         return [*small_cracks(cases), *phase_notes(cases)]
 
     def increments(self, growing: bool = False, others: Collection[str] = ()) -> list[tuple[str, str]]:
-        """Return the case and the increment of all increments that the sheet asks for.
+        """Return the case and the increment of every increment that the case table requests.
 
         growing: omit cases that do not grow, except those named in `others`.
         """

@@ -46,9 +46,7 @@ def check_capitals(names: Iterable[str], place: str) -> None:
     for name in names:
         other = known.setdefault(name.casefold(), name)
         if other != name:
-            raise CraftmeshError(
-                f"{place}: cases {other!r} and {name!r} differ only in capitals; rename one"
-            )
+            raise CraftmeshError(f"{place}: cases {other!r} and {name!r} differ only in case; rename one")
 
 
 @dataclass(frozen=True)
@@ -107,11 +105,9 @@ def check_case(case: Case) -> None:
     if len(set(case.cracks)) < len(case.cracks):
         raise CraftmeshError(f"{place}: crack {case.crack!r} repeats a name; name each crack once")
     if case.crack == NO_CRACK and case.increments != 1:
-        raise CraftmeshError(
-            f"{place}: increments is {case.increments}, but there is no crack; set it to 1"
-        )
+        raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; set it to 1")
     if case.crack == NO_CRACK and case.grows:
-        raise CraftmeshError(f"{place}: growth is {case.growth}, but there is no crack; set {PRESCRIBED}")
+        raise CraftmeshError(f"{place}: growth is {case.growth} without a crack; set it to {PRESCRIBED}")
     path = case.microstructure
     if path != SYNTHETIC and not os.path.exists(path):
         raise CraftmeshError(

@@ -22,10 +22,7 @@ SECTIONS = {
         "how microstructure files are read and cleaned",
         ["voxels.reading.ReadOptions", "voxels.options.CleanOptions"],
     ),
-    "units": (
-        "names of your units; they are printed, nothing is converted",
-        ["mechanics.units.UnitsOptions"],
-    ),
+    "units": ("names of your units for reports; no conversion", ["mechanics.units.UnitsOptions"]),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
     "stitch": (

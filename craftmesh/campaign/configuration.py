@@ -21,9 +21,7 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 def load_schema(path: Path) -> dict:
     import yaml
 
-    loader = getattr(
-        yaml, "CSafeLoader", yaml.SafeLoader
-    )  # the faster parser in C, because every job reads the schema
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # faster, because every job reads the schema
     return yaml.load(path.read_text(encoding="utf-8"), loader)  # noqa: S506 - both are safe
 
 
@@ -32,9 +30,7 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
     try:
         _refuse_keys(config, "")
     except RecursionError:
-        raise CraftmeshError(
-            "a YAML anchor of the configuration contains itself; write its values out"
-        ) from None
+        raise CraftmeshError("a YAML anchor contains itself; write its values out") from None
     made = filled(config, schema)
     faults = list(_validator()(schema).iter_errors(made))
     if faults:

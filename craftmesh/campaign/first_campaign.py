@@ -23,14 +23,10 @@ from craftmesh.voxels.voxel_graph import median_grain
 # examples use 0.75 to 0.8.
 L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0
 ACROSS = 4.0  # smallest number of elements across a grain; fewer do not resolve curved boundaries
-RADIUS = (
-    0.25  # crack radius over the shortest edge of the body's bounding box; leaves as much beside the front
-)
+RADIUS = 0.25  # crack radius over the shortest edge of the body's bounding box; leaves as much ahead
 GROWTH = 0.25  # growth of the radius in an increment, over the radius
 _ABOUT = {"background": "  # meaning of label 0: grain, void, or unindexed (filled from neighbours)"}
-OFF_CENTRE = (
-    0.2  # voxels, shift of the crack off the planes between voxels, where flat grain boundaries lie
-)
+OFF_CENTRE = 0.2  # voxels, shift of the crack off planes between voxels, where flat boundaries lie
 
 
 class FirstMaterial(NamedTuple):

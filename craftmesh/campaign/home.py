@@ -68,9 +68,7 @@ def read_config(path: Path) -> dict[str, Any]:
     """Return the keys and values of a YAML configuration file; raises CraftmeshError for other content."""
     found = read_yaml(path)
     if not isinstance(found, dict):
-        raise CraftmeshError(
-            f"{path}: found {type(found).__name__}; expected keys with values, such as cases: cases.tsv"
-        )
+        raise CraftmeshError(f"{path}: found {type(found).__name__}; expected keys with values")
     return found
 
 

@@ -1,8 +1,8 @@
-"""One module per file format; arrays and the types of craftmesh.types in and out.
+"""File formats, about one module each: files are read to arrays and types of craftmesh.types, and written.
 
-`volume_format` tells which format a volume has; each reader returns a `FileVolume` (`file_volume`), which
-means nothing yet: `voxels` makes grains of it. `vtk`, `npz`, `stage_npz`, `front_csv` and `json_file` are
-the stages' own files. `surface_files`, `point_files` and `model_tables` read what users bring, `text_table`
-all of their tables, and `mesh_formats` writes for other programs. A header is held against the bytes there
-before memory is taken for it (`declared`).
+`volume_format` finds the format of a volume. Each reader returns a `FileVolume` (`file_volume`) with the
+file's arrays, of which `voxels` makes grains. `vtk`, `npz`, `stage_npz`, `front_csv` and `json_file` read
+and write the stages' own files. `surface_files`, `point_files` and `model_tables` read users' files,
+`text_table` their text tables, and `mesh_formats` writes for other programs. Before memory is allocated,
+`declared` compares the size in a header with the file's size.
 """

@@ -1,4 +1,4 @@
-"""Which files readers open behind the one that is named: data of a header, slices, parts of a surface."""
+"""Further files that a reader opens: the data file of a header, image slices, parts of a surface."""
 
 from pathlib import Path
 
@@ -12,10 +12,10 @@ _FINDERS = {"metaimage": metaimage_data, "nrrd": nrrd_data, "tesr": tesr_data}
 
 
 def files_behind(path: Path, kind: str = AUTO) -> list[Path]:
-    """Return the files that a reader opens besides `path`, in their order; of a folder its slices.
+    """Return the files that the reader of `path` opens in addition, in order; for a folder, its slices.
 
-    kind: the file's format, a key of SUFFIXES; auto: by its name. Raises CraftmeshError as the reader does
-    for missing files and for folders that hold no stack.
+    kind: the file's format, a key of SUFFIXES; AUTO: by its name. Raises CraftmeshError, as the reader
+    does, for missing files and for folders without an image stack.
     """
     if path.is_dir():
         return slice_files(path)

@@ -1,4 +1,4 @@
-"""Files that may be false: what a header declares, held against the bytes there; what libraries log."""
+"""Protection against damaged files: sizes in headers are checked against the file and the memory."""
 
 import bz2
 import logging
@@ -15,8 +15,8 @@ from pathlib import Path
 from craftmesh.errors import CraftmeshError, existing_file, named
 from craftmesh.extras import extra
 
-DEFLATE = 1032  # bytes of one: the most that zlib's method packs, 258 bytes in two bits
-HEAD = 1 << 16  # bytes at a file's start in which what it declares is looked for
+DEFLATE = 1032  # largest ratio of unpacked to packed bytes in zlib's method: 258 bytes in two bits
+HEAD = 1 << 16  # bytes at the start of a file that are searched for its header
 _GIGABYTE = 1e9
 
 
@@ -30,7 +30,7 @@ def _lz4_block(packed: bytes | memoryview, size: int) -> bytes:
 
 
 _METHODS: dict[str, Callable[[bytes | memoryview, int], bytes]] = {
-    "deflate": lambda *data: zlib.decompressobj(wbits=47).decompress(*data),  # of zlib or gzip
+    "deflate": lambda *data: zlib.decompressobj(wbits=47).decompress(*data),  # zlib or gzip data
     "bzip2": lambda *data: bz2.BZ2Decompressor().decompress(*data),
     "lzma": lambda *data: lzma.LZMADecompressor().decompress(*data),
     "lz4": _lz4_block,
@@ -45,28 +45,29 @@ def refuse_false_size(
     there: int,
     ratio: int | None = 1,
 ) -> int:
-    """Return the bytes of an array of `shape` that a header declares, if the file can hold them.
+    """Return the size in bytes of an array that a header declares, if the file can contain it.
 
-    there: the bytes stored; ratio: how many one stored byte may stand for, None where nothing bounds it.
-    Raises CraftmeshError for a false size, and for one beyond the memory of this machine or process.
+    what: the array's name, for errors; itemsize: bytes per value; there: bytes stored in the file; ratio:
+    largest ratio of unpacked to stored bytes, None if unlimited. Raises CraftmeshError for a size that the
+    file cannot contain, and for one larger than this machine's memory or this process's limit.
     """
     counts = [int(count) for count in shape]
     size = math.prod(counts) * itemsize
     if min(counts, default=0) < 0 or (ratio is not None and size > there * ratio):
         raise CraftmeshError(
-            f"{path}: {what} of shape {tuple(counts)} takes {size} bytes, and the file has {there} for it; "
-            "it was cut short or its head is false, copy it anew"
+            f"{path}: {what} of shape {tuple(counts)} needs {size} bytes, but the file has {there} for it; "
+            "it is truncated or its header is wrong, copy it again"
         )
     if size > memory_limit():
         raise CraftmeshError(
-            f"{path}: {what} of shape {tuple(counts)} takes {size / _GIGABYTE:.1f} GB; expected at most "
-            f"the memory here, {memory_limit() / _GIGABYTE:.1f} GB: crop it or take a larger machine"
+            f"{path}: {what} of shape {tuple(counts)} needs {size / _GIGABYTE:.1f} GB, but the memory here "
+            f"is {memory_limit() / _GIGABYTE:.1f} GB; crop it or use a larger machine"
         )
     return size
 
 
 def memory_limit() -> int:
-    """Return the bytes that this process may take: the machine's memory, or what `ulimit -v` leaves."""
+    """Return the bytes that this process may use: the machine's memory, or `ulimit -v` if that is less."""
     machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
     return machine if allowed == resource.RLIM_INFINITY else min(machine, allowed)
@@ -74,20 +75,20 @@ def memory_limit() -> int:
 
 @contextmanager
 def enough_memory(path: str | os.PathLike) -> Iterator[None]:
-    """Turn a lack of memory within into a CraftmeshError that names the file."""
+    """Turn a MemoryError in the block into a CraftmeshError that names the file."""
     try:
         yield
     except MemoryError:
         raise CraftmeshError(
-            f"{path}: takes more than the memory here, {memory_limit() / _GIGABYTE:.1f} GB; crop it or "
-            "take a larger machine"
+            f"{path}: needs more than the memory here, {memory_limit() / _GIGABYTE:.1f} GB; crop it or "
+            "use a larger machine"
         ) from None
 
 
 def refuse_false_zip(path: str | os.PathLike) -> None:
-    """Refuse a zip archive whose entries are larger than what it can hold, or than memory.
+    """Raise CraftmeshError if the entries of a zip archive are larger than it can contain, or than memory.
 
-    Raises CraftmeshError, and zipfile.BadZipFile for another file.
+    Raises zipfile.BadZipFile if the file is not a zip archive.
     """
     with zipfile.ZipFile(path) as archive:
         entries = archive.infolist()
@@ -99,39 +100,39 @@ def refuse_false_zip(path: str | os.PathLike) -> None:
 
 
 def unpacked(path: str | os.PathLike, packed: bytes | memoryview, size: int, method: str) -> bytes:
-    """Return the first `size` bytes, or as many as there are, of what `method` packed, a key of _METHODS.
+    """Return at most the first `size` bytes of the unpacked data; nothing more is unpacked.
 
-    No more are unpacked. Raises CraftmeshError for broken data.
+    method: the compression, a key of _METHODS. Raises CraftmeshError for damaged data.
     """
     try:
         return _METHODS[method](packed, size) if size else b""
     except (zlib.error, lzma.LZMAError, OSError, EOFError, ValueError) as error:
-        raise CraftmeshError(f"{path}: its data cannot be unpacked ({error}); save it anew") from None
+        raise CraftmeshError(f"{path}: its data cannot be unpacked ({error}); save it again") from None
 
 
 def data_file(header: Path, key: str, name: str) -> Path:
-    """Return the file of data that a header names, which lies in the header's own folder or below it.
+    """Return the path of the data file `name` that a header has under `key`.
 
-    Raises CraftmeshError for another place, lists of files, and one that is missing.
+    Raises CraftmeshError if it is missing, a list of files, or not in the header's folder or below it.
     """
     if name.split()[:1] == ["LIST"] or "%" in name:
-        raise CraftmeshError(f"{header}: its data are a file a slice; save it as one .mha or .nrrd")
+        raise CraftmeshError(f"{header}: its data are in one file per slice; save it as one .mha or .nrrd")
     other = header.parent / name
     if not other.exists():
-        raise CraftmeshError(f"{header}: {key} {other} is missing; put it beside the header")
+        raise CraftmeshError(f"{header}: {key} {other} is missing; put it next to the header")
     with named(f"{header}: {key}"):
-        existing_file(other, "expected a file of data")
+        existing_file(other, "expected a data file")
     homes = {header.parent.resolve(), header.resolve().parent}
     if not any(other.resolve().is_relative_to(home) for home in homes):
         raise CraftmeshError(
-            f"{header}: {key} {name} lies outside the header's folder; move it there and name it so"
+            f"{header}: {key} {name} is outside the header's folder; move it there and edit the header"
         )
     return other
 
 
 @contextmanager
 def heard(library: str) -> Iterator[list[str]]:
-    """Yield the list that gets the warnings and errors which a library logs within."""
+    """Yield a list to which the warnings and errors that a library logs in the block are appended."""
     said: list[str] = []
     listener = logging.Handler(logging.WARNING)
     listener.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]

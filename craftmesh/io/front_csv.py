@@ -1,4 +1,4 @@
-"""Crack fronts as text with a header that names x, y, z."""
+"""Crack fronts as .csv files whose header names x, y, z."""
 
 import csv
 import os
@@ -11,16 +11,16 @@ from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.text_table import Table, read_table
 
-_CRAFTMESHER_XYZ = 7  # the first of the columns x, y, z
-# A column of names: a front's rows come once for each, and those of the first count.
+_CRAFTMESHER_XYZ = 7  # index of the first of the columns x, y, z
+# Column of load case names. A front's rows are repeated for each; readers use only the first load case.
 LOAD_CASE = "load_case"
 _KNOWN = {"x", "y", "z", "front", "closed"}
 
 
 def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> None:
-    """Write one row per front node, in order; a column (k, 3) becomes `name_x`, `name_y`, `name_z`.
+    """Write one row per front node, in order; an array (k, 3) becomes `name_x`, `name_y`, `name_z`.
 
-    The column `points` (k, 3) is written as x, y, z. Floats keep every bit; integers stay integers.
+    The array `points` (k, 3) becomes x, y, z. Floats keep every bit; integers stay integers.
     """
     flat: dict[str, np.ndarray] = {}
     for name, values in columns.items():
@@ -37,9 +37,10 @@ def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> N
 
 
 def rows_by_load(columns: Mapping[str, Mapping[str, np.ndarray]]) -> Mapping[str, np.ndarray]:
-    """Return the rows of loads one after the other, named in the column LOAD_CASE; those of "" as they are.
+    """Return one table of all load cases' rows, in sequence, with their names in the column LOAD_CASE.
 
-    What only the first has is NaN in the others' rows, or empty text.
+    A single load case "" is returned unchanged. Columns that only the first load case has are NaN, or empty
+    text, in the rows of the others.
     """
     first, *others = columns.values()
     if not others and "" in columns:
@@ -52,10 +53,10 @@ def rows_by_load(columns: Mapping[str, Mapping[str, np.ndarray]]) -> Mapping[str
 
 
 def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
-    """Return the columns (k,) of numbers of a front by their names, at least x, y and z.
+    """Return the numeric columns (k,) of a front by name, at least x, y and z.
 
-    Columns with text are left out. Raises CraftmeshError as `front_table` does, and for coordinates that
-    are not finite numbers.
+    Columns with text are left out. Raises CraftmeshError as `front_table`, and for coordinates that are not
+    finite numbers.
     """
     table = front_table(path)
     table.numbers("xyz")
@@ -71,10 +72,10 @@ def front_columns(
     *known: Sequence[str],
     words: Sequence[str] = (),
 ) -> dict[str, np.ndarray]:
-    """Return the columns of a front as `write_front` took them: `points`, and `needed` ones of numbers.
+    """Return the arrays of a front in the form that `write_front` takes: `points` and those `needed`.
 
-    known: groups of columns of numbers that are read where the whole group is there; words: columns of text
-    that are read where they are there. Raises CraftmeshError that says how the file is `made`.
+    needed: numeric columns in the file; known: groups of optional ones, read if the whole group exists;
+    words: optional text columns; made: how the file is made, for errors. Raises CraftmeshError.
     """
     table = front_table(path)
     wanted = [*"xyz", *needed]
@@ -93,11 +94,10 @@ def front_columns(
 
 
 def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:
-    """Read a table with at least the columns of `axes`.
+    """Return a table with at least the columns `axes`; of several load cases, only the first one's rows.
 
-    A file without a header is taken as craftmesher's, with x, y, z in columns 7, 8, 9 counted from 0, or as
-    bare x, y, z or `axes` when it has as many columns. Raises CraftmeshError for a missing file, missing
-    columns and what `read_table` refuses.
+    For files without a header, see `bare_front`. Raises CraftmeshError as `read_table`, and for files
+    without a header that have too few columns.
     """
     table = read_table(path, axes)
     if not table.names:
@@ -110,22 +110,26 @@ def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:
 
 
 def bare_front(table: Table, axes: str = "xyz") -> Table:
-    """Return a table without a header with the names of its coordinates, as `front_table` takes them."""
+    """Return a table without header with names for its coordinates.
+
+    Three columns, or as many as `axes`, are x, y, z. Otherwise the file is taken as craftmesher's, with
+    x, y, z in columns 7, 8, 9 counted from 0. Raises CraftmeshError for fewer columns.
+    """
     width = len(table.rows[0])
     if width in (len(axes), 3):
         return table.named("xyz"[:width])
     if width < _CRAFTMESHER_XYZ + 3:
         raise CraftmeshError(
-            f"{table.path}: {width} columns and no header; add a header that names {', '.join(axes)}"
+            f"{table.path}: {width} columns but no header; add a header that names {', '.join(axes)}"
         )
     return table.named((*[""] * _CRAFTMESHER_XYZ, *"xyz"))
 
 
 def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
-    """Return the fronts (k, 3) of a file, as polylines in its order; errors as `read_front`.
+    """Return the fronts of a file as polylines (k, 3), points in the file's order; errors as `read_front`.
 
-    A column `front` tells them apart, as in front.csv; where a column `closed` is 1 the first point comes
-    again at the end.
+    The column `front`, as in front.csv, distinguishes them. If the column `closed` is 1, the first point is
+    repeated at the end.
     """
     columns = read_front(path)
     points = np.stack([columns[axis] for axis in "xyz"], axis=1)

@@ -1,4 +1,4 @@
-"""HDF5 files: opened, searched and read with errors of one line; tables beside the ids of grains."""
+"""Reading of HDF5 files with one-line errors: volumes by cell, and tables by grain id."""
 
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -16,30 +16,30 @@ from craftmesh.io.file_volume import belonging, is_described, is_ids
 with extra("formats"):
     import h5py
 
-# What is taken of several in one group, the first first.
+# Array names in order of preference, if one group has several.
 _USUAL = ("AvgEulerAngles", "EulerAngles", "AvgQuats", "Quats", "Phases")
-_ENSEMBLES = "CrystalStructures"  # an array of groups that have a row a phase, not a row a grain
+_ENSEMBLES = "CrystalStructures"  # an array that marks groups with one row per phase, not per grain
 
 
 @contextmanager
 def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
-    """Yield the open file; raises CraftmeshError when it is missing, not HDF5, or damaged.
+    """Yield the open file; raises CraftmeshError if it is missing, not HDF5, or damaged.
 
-    Refused too are files whose data lie in other files, and sizes that the file cannot hold.
+    It also raises if data are stored in other files, or if a dataset is larger than the file can contain.
     """
     existing(Path(path))
     try:
         with h5py.File(path, "r") as file:
             _refuse_other_files(path, file)
             yield file
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:  # h5py's, at broken objects
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:  # h5py, for damaged data
         raise CraftmeshError(
-            f"{path}: is not a whole HDF5 file ({error}); copy or export it anew"
+            f"{path}: is not a complete HDF5 file ({error}); copy or export it again"
         ) from None
 
 
 def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
-    """Refuse external links, external and virtual data, and data sets larger than the file can hold."""
+    """Raise CraftmeshError for external links, external or virtual data, and sizes larger than the file."""
     links: list[str] = []
 
     def note_link(name: str, item: h5py.HardLink | h5py.SoftLink | h5py.ExternalLink) -> None:
@@ -50,7 +50,7 @@ def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
     data_sets = datasets(file).values()
     outside = links + [data.name for data in data_sets if data.external or data.is_virtual]
     if outside:
-        raise CraftmeshError(f"{path}: {outside[0]} lies in another file; expected all data in this one")
+        raise CraftmeshError(f"{path}: {outside[0]} is stored in another file; export all data to one file")
     there = os.path.getsize(path)
     for data in data_sets:
         for what, shape in ((data.name, data.shape), (f"a chunk of {data.name}", data.chunks)):
@@ -58,7 +58,7 @@ def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
 
 
 def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
-    """Return every dataset below `group` by its full path, in the file's order."""
+    """Return all datasets below `group` by full path, in the file's order."""
     found = {}
 
     def visit(_: str, item: h5py.Group | h5py.Dataset) -> None:
@@ -72,9 +72,9 @@ def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
 def volume_paths(
     group: h5py.Group, dims: Sequence[int] | np.ndarray, ids: Collection[str] = ()
 ) -> list[str]:
-    """Return the paths of integer datasets below `group` with one number a cell of `dims` (x, y, z).
+    """Return the paths of integer datasets below `group` with one number per cell.
 
-    ids: paths and names of datasets that hold ids whatever their type of number.
+    dims: numbers of cells along x, y, z; ids: paths or names of datasets that may also be floats.
     """
     return [
         path
@@ -85,9 +85,9 @@ def volume_paths(
 
 
 def is_by_cell(data: h5py.Dataset, dims: Sequence[int] | np.ndarray, width: int) -> bool:
-    """Return whether a dataset has `width` numbers a cell: (z, y, x, width), or flat as (n, width).
+    """Return True if a dataset has `width` numbers per cell: shape (z, y, x, width) or (n, width).
 
-    With a width of 1 that axis may be missing.
+    dims: numbers of cells along x, y, z. If `width` is 1, the last axis may be missing.
     """
     shape = tuple(int(n) for n in dims[::-1])
     shapes = [shape, (int(np.prod(dims)),)]
@@ -95,7 +95,7 @@ def is_by_cell(data: h5py.Dataset, dims: Sequence[int] | np.ndarray, width: int)
 
 
 def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarray:
-    """Return a dataset by cell, flat or not, as (nx, ny, nz) or (nx, ny, nz, c)."""
+    """Return a dataset by cell, of a shape as in `is_by_cell`, as (nx, ny, nz) or (nx, ny, nz, c)."""
     ratio = DEFLATE if data.id.get_create_plist().get_nfilters() else 1
     stored = data.id.get_storage_size()
     refuse_false_size(data.file.filename, data.name, data.shape, data.dtype.itemsize, stored, ratio)
@@ -109,8 +109,8 @@ def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarra
 class Beside:
     """The arrays of a file that may describe the grains of `ids` (nx, ny, nz).
 
-    labels: the dataset of the ids, over cells `dims` (x, y, z); table: the array, or the group of arrays,
-    that the user names, "" for what fits.
+    labels: the dataset of these ids; dims: numbers of cells along x, y, z; arrays: candidates; table: path
+    of the array or group that the user chose, "" for automatic choice.
     """
 
     path: str | os.PathLike
@@ -121,16 +121,16 @@ class Beside:
     table: str = ""
 
     def find(self, is_named: Callable[[str], object], width: int) -> tuple[h5py.Dataset, np.ndarray] | None:
-        """Return the array, `width` numbers a row, that is of the grains, else of the cells; None without.
+        """Return an array of the grains, else of the cells, with its values; None if there is neither.
 
-        Its values are a table (g, width), row = id, or of voxels (nx, ny, nz, width); without the last axis
-        for a width of 1. Raises CraftmeshError where several tables are as good, and where the one that the
-        user names does not fit.
+        is_named: test of an array's name; width: numbers per row. Values are a table (g, width), row = id,
+        or of voxels (nx, ny, nz, width), without the last axis if width is 1. Raises CraftmeshError if
+        several tables fit equally well, or if the user's table does not fit.
         """
         if self.table and not self._chosen(self.arrays):
             groups = dict.fromkeys(d.parent.name for d in self.arrays if d.parent != self.labels.parent)
             raise CraftmeshError(
-                f"{self.path}: no array below {self.table}; give table as one of: {listed(groups)}"
+                f"{self.path}: no array below {self.table}; set table to one of: {listed(groups)}"
             )
         named = [d for d in self.arrays if is_named(_last(d)) and d.dtype.kind in "iuf"]
         named = self._chosen(named) or named
@@ -146,14 +146,17 @@ class Beside:
             return found, found[()].reshape(len(found), -1)[:, slice(None) if width > 1 else 0]
         if self._chosen(tables):
             raise CraftmeshError(
-                f"{self.path}: ids reach {self._largest}, and the table given has {listed(rows.values())} "
-                f"rows ({listed(rows)}); expected a row for each id and for 0"
+                f"{self.path}: ids reach {self._largest}, but the table given has {listed(rows.values())} "
+                f"rows ({listed(rows)}); set table to one with a row for each id and for 0"
             )
         cells = _one_a_group(sorted(cells, key=lambda d: d.parent != self.labels.parent))
         return (cells[0], cells_xyz(cells[0], self.dims)) if cells else None
 
     def unread(self, found: Iterable[h5py.Dataset], volumes: Iterable[str]) -> list[str]:
-        """Return what else describes grains, and the other volumes of ids, by their names."""
+        """Return the names of arrays that describe grains but were not used, and of other id volumes.
+
+        found: the arrays used; volumes: paths of all volumes of ids.
+        """
         used = {self.labels.name, *(d.name for d in found)}
         arrays = [d for d in self.arrays if is_described(_last(d)) and _ENSEMBLES not in d.parent]
         others = {d.name: self.told(d) for d in arrays}
@@ -161,7 +164,7 @@ class Beside:
         return [told for name, told in others.items() if name not in used]
 
     def told(self, data: h5py.Dataset) -> str:
-        """Return an array's name within the file, with its rows where it is a table."""
+        """Return an array's path relative to the volume's group, with the rows of a table in brackets."""
         rows = "" if np.prod(data.shape) >= self.ids.size else f" ({len(data)} rows)"
         return data.name.removeprefix(self._within) + rows
 
@@ -169,15 +172,17 @@ class Beside:
         return [d for d in arrays if self.table and f"{d.name}/".startswith(f"{self.table.rstrip('/')}/")]
 
     def _linked(self, tables: Sequence[h5py.Dataset]) -> list[h5py.Dataset]:
-        """Return the tables that may be the ids': a group that holds an array of their name lists them.
+        """Return the tables whose rows may be the ids of `labels`, judged by arrays of ids in their groups.
 
-        If it lists them one by one they are its rows; else they are the parents of its rows.
+        If a group has an array named like `labels`, its table counts only if this array is 0, 1, 2, ...;
+        otherwise its rows are other things with these ids as parents. If no table counts in this way, those
+        with a row per id and an array named like other ids come next, then all without the first array.
         """
         lists = {d.name: d.parent.get(_last(self.labels)) for d in tables}
         lists = {name: ids for name, ids in lists.items() if ids is not None and ids != self.labels}
         own = [n for n, ids in lists.items() if np.array_equal(np.ravel(ids[()]), np.arange(len(ids)))]
         rest = [d for d in tables if d.name not in lists]
-        parents = {_last(d) for d in self._other_ids()}  # a table that lists these is not theirs
+        parents = {_last(d) for d in self._other_ids()}  # groups with these belong to children
         of_children = [d for d in rest if len(d) == self._largest + 1 and parents & {*d.parent}]
         return [d for d in tables if d.name in own] or of_children or rest
 
@@ -200,7 +205,7 @@ def _last(data: h5py.Dataset) -> str:
 
 
 def _one_a_group(arrays: Iterable[h5py.Dataset]) -> list[h5py.Dataset]:
-    """Return one array of each group, the one of a usual name where there are several."""
+    """Return one array of each group, by the order of preference in _USUAL."""
     groups: dict[str, list[h5py.Dataset]] = {}
     for data in arrays:
         groups.setdefault(data.parent.name, []).append(data)

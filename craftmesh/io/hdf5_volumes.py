@@ -1,9 +1,9 @@
-"""Volumes in HDF5: DREAM.3D in the SIMPL layout (versions 6, 7), older ones and that of NX; LabDCT.
+"""Volumes in HDF5: DREAM.3D (SIMPL layout of versions 6 and 7, older versions, NX) and LabDCT.
 
-Cells are stored (z, y, x, component), in version 4 flat, x fastest. SIMPL keeps its geometry in
-`_SIMPL_GEOMETRY` beside the cell data, versions 4 and 5 in the container itself (`VoxelDataContainer`); NX
-keeps it in the attributes of an object of type ImageGeom, above the cell data. LabDCT is as GrainMapper3D
-writes it: /LabDCT/Data, lengths in mm.
+Cells are stored as (z, y, x, component), in version 4 flat with x fastest. SIMPL stores the geometry in
+`_SIMPL_GEOMETRY` next to the cell data, versions 4 and 5 in the container `VoxelDataContainer` itself. NX
+stores it in the attributes of an object of type ImageGeom, above the cell data. LabDCT files are those of
+GrainMapper3D: /LabDCT/Data, lengths in mm.
 """
 
 import os
@@ -47,7 +47,7 @@ _BEFORE_6 = "VoxelDataContainer"  # group of versions 4 and 5
 
 @dataclass(frozen=True)
 class _Image:
-    """An image geometry: its group, and dims, spacing, origin in x, y, z."""
+    """An image geometry: its HDF5 group, and dims, spacing, origin (3,) along x, y, z."""
 
     group: h5py.Group
     dims: np.ndarray
@@ -58,14 +58,13 @@ class _Image:
 def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> FileVolume:
     """Read FeatureIds (or the path `dataset`), the geometry, orientations, phases and crystals.
 
-    Euler angles and phases are those of the table that belongs to the ids (or of `table`, an array or its
-    group), else those of the cells. Angles are Bunge's. Feature 0 is the format's dummy: a row
-    of zeros. Raises CraftmeshError.
+    Bunge's Euler angles and phases come from the table that belongs to the ids (or from `table`, an array
+    or its group), else from the cells. Row 0 of a table is a dummy of zeros. Raises CraftmeshError.
     """
     with opened(path) as file:
         images = _images(file)
         if not images:
-            raise CraftmeshError(f"{path}: has no image geometry; expected a DREAM.3D volume of voxels")
+            raise CraftmeshError(f"{path}: has no image geometry; export a DREAM.3D volume of voxels")
         ids_by_name = (dataset, *_IDS)
         by_path = {
             name: image for image in images for name in volume_paths(image.group, image.dims, ids_by_name)
@@ -73,7 +72,7 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
         usual = [tuple(p for p in by_path if p.rsplit("/", 1)[1] == name) for name in _IDS]
         wanted = next(filter(None, usual), _IDS)
         if not dataset and len(wanted) > 1 and wanted is not _IDS:
-            raise CraftmeshError(f"{path}: holds several volumes; give dataset as one of: {listed(wanted)}")
+            raise CraftmeshError(f"{path}: has several volumes; set dataset to one of: {listed(wanted)}")
         name = pick(path, dataset, list(by_path), wanted)
         image = by_path[name]
         ids = cells_xyz(file[name], image.dims)
@@ -89,10 +88,10 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
 
 
 def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
-    """Return the array of the grains' angles, else of their quaternions (x, y, z, w).
+    """Return the array of Euler angles, else of quaternions (stored x, y, z, w), with its Rotations.
 
-    Those are of the rotation from sample to crystal axes, up to version 5 of its inverse. Source: `eu2qu`
-    in DREAM.3D's OrientationTransforms and EulertoQuat in its OrientationMath before.
+    DREAM.3D's quaternions rotate sample to crystal axes, up to version 5 the inverse. Source: its functions
+    `eu2qu` in OrientationTransforms and, earlier, EulertoQuat in OrientationMath.
     """
     if eulers := beside.find(is_eulers, 3):
         data, angles = eulers[0], eulers[1].astype(float)
@@ -107,7 +106,7 @@ def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
 
 
 def _arrays(file: h5py.File, images: Sequence[_Image], image: _Image) -> list[h5py.Dataset]:
-    """Return the arrays that may describe an image's ids: those below it, and below none as deep."""
+    """Return the arrays that may describe an image's ids: below it, or below no image and not deeper."""
     own = image.group.name
     others = tuple(f"{other.group.name}/" for other in images if other.group.name != own)
     found = {name: d for name, d in datasets(file).items() if d.shape and not name.startswith(others)}
@@ -116,7 +115,7 @@ def _arrays(file: h5py.File, images: Sequence[_Image], image: _Image) -> list[h5
 
 
 def _images(file: h5py.File) -> list[_Image]:
-    """Return the image geometries of every layout, in the file's order."""
+    """Return the image geometries of a file, of any layout, in the file's order."""
     found = []
 
     def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
@@ -140,14 +139,15 @@ def _image(group: h5py.Group, dims: ArrayLike, spacing: ArrayLike, origin: Array
 
 
 def _decimal(values: ArrayLike) -> np.ndarray:
-    """Return float32 values as the doubles that were meant: 0.35, not 0.3499999940395355."""
+    """Return float32 values as the nearest short decimals: 0.35 instead of 0.3499999940395355."""
     return np.array([float(str(v)) for v in np.asarray(values).ravel()])
 
 
 def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Crystal], list[str]]:
-    """Return the crystals of the ensembles, row = phase, row 0 a dummy, and the names of tables unread.
+    """Return the crystals by phase from the table of ensembles, and the names of tables not read.
 
-    The ensembles are the only ones of the geometry, else of the group around it, with a row for each phase.
+    phases: those of the grains. The table is searched in the geometry's group, then in its parent, and must
+    be the only one with a row for each phase. Its row is the phase; row 0 is a dummy.
     """
     tables: list[h5py.Dataset] = []
     for around in (image.group, image.group.parent):
@@ -168,16 +168,16 @@ def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Cryst
 
 
 def read_labdct(path: str | os.PathLike, dataset: str) -> FileVolume:
-    """Read GrainId (or the path `dataset`), Spacing (mm), and one Rodrigues vector and phase per grain.
+    """Read GrainId (or the path `dataset`), Spacing (mm), and Rodrigues vectors and phases of the voxels.
 
-    Id 0 is unindexed; the origin is taken as 0. Raises CraftmeshError.
+    Id 0 means unindexed; the file has no origin. Raises CraftmeshError.
     """
     with opened(path) as file:
         data, ids = file.get(_DATA), file.get(f"{_DATA}/GrainId")
         if not isinstance(ids, h5py.Dataset) or ids.ndim != 3 or "LabDCT/Spacing" not in file:
             raise CraftmeshError(
-                f"{path}: no {_DATA}/GrainId over three axes with LabDCT/Spacing; "
-                "expected a LabDCT reconstruction"
+                f"{path}: has no {_DATA}/GrainId of three axes with LabDCT/Spacing; "
+                "export a LabDCT reconstruction"
             )
         shape = ids.shape[::-1]
         name = pick(path, dataset, volume_paths(data, shape), (f"{_DATA}/GrainId",))
@@ -200,7 +200,7 @@ def read_labdct(path: str | os.PathLike, dataset: str) -> FileVolume:
 
 
 def _labdct_crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
-    """Return the crystals of /PhaseInfo/Phase01 and on; of the only one where grains have no phases."""
+    """Return the crystals of /PhaseInfo/Phase01, ... by phase; a single one if grains have no phases."""
     info = file.get("PhaseInfo")
     found = {}
     for key, group in info.items() if isinstance(info, h5py.Group) else ():
@@ -213,6 +213,6 @@ def _labdct_crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Cr
 
 
 def _first(group: h5py.Group, key: str) -> np.ndarray:
-    """Return the first value of an array of a group (1,), (0,) where there is none."""
+    """Return the first value (1,) of the array `key` of a group; shape (0,) if there is none."""
     data = group.get(key)
     return np.ravel(data[()])[:1] if isinstance(data, h5py.Dataset) else np.zeros(0)

@@ -1,4 +1,4 @@
-"""Reports and records as .json objects."""
+"""Reading and writing of reports and records as .json objects."""
 
 import json
 import math
@@ -10,7 +10,7 @@ from craftmesh.errors import CraftmeshError, existing
 
 
 def write_json(path: Path, content: dict) -> None:
-    """Write `content` whole or not at all; numbers that are not finite become null."""
+    """Write `content` completely or not at all; numbers that are not finite become null."""
     with atomic_path(path) as temporary:
         text = json.dumps(_finite(content), indent=1, allow_nan=False)
         temporary.write_text(text + "\n", encoding="utf-8")
@@ -21,9 +21,9 @@ def read_json(path: Path) -> dict:
     try:
         content = json.loads(existing(path).read_text(encoding="utf-8"))
     except ValueError as error:
-        raise CraftmeshError(f"{path}: not JSON ({error}); expected a file written by craftmesh") from None
+        raise CraftmeshError(f"{path}: not JSON ({error}); give a file written by craftmesh") from None
     if not isinstance(content, dict):
-        raise CraftmeshError(f"{path}: holds a {type(content).__name__}; expected a JSON object")
+        raise CraftmeshError(f"{path}: contains a {type(content).__name__}; expected a JSON object")
     return content
 
 

@@ -1,4 +1,4 @@
-"""The formats that a mesh is exported to: VTK (.vtu), Gmsh (.msh, version 2.2), Exodus II (.e, .exo)."""
+"""Export formats of a mesh: VTK (.vtu), Gmsh (.msh, version 2.2), Exodus II (.e, .exo)."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,16 +16,16 @@ from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
-# scipy sorts variables by the shape that they are made with, and does nothing else with it but to tell
-# record variables. Given one shape they keep their order, by which meshio names the sets of an Exodus file.
+# Shape given to scipy for every variable. scipy uses it only to find record variables and to sort; with one
+# shape variables keep their order, by which meshio names the sets of an Exodus file.
 _ANY_LENGTH = (1,)
-LARGEST = np.iinfo(np.int32).max // 4 * 4  # bytes of a variable: scipy packs its padded size as int32
+LARGEST = np.iinfo(np.int32).max // 4 * 4  # bytes of a variable: scipy stores its padded size as int32
 _NAME_LIMIT = 32
 _HEAD: dict[str, object] = {"api_version": np.float32(5.1), "version": np.float32(5.1)}
 _HEAD |= {"floating_point_word_size": np.int32(8), "file_size": np.int32(1)}
 _HEAD |= {"maximum_name_length": np.int32(_NAME_LIMIT), "title": "craftmesh"}
-_ELEMENT = {4: "TETRA", 10: "TETRA10"}  # nodes in Abaqus' order
-_SIDE = np.array([4, 1, 2, 3])  # Exodus' sides 124, 234, 143, 132 of S1..S4 = 123, 142, 243, 341
+_ELEMENT = {4: "TETRA", 10: "TETRA10"}  # their node order is that of Abaqus
+_SIDE = np.array([4, 1, 2, 3])  # Exodus side of Abaqus faces S1..S4 (123, 142, 243, 341)
 VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
 
 
@@ -35,25 +35,24 @@ class ExportOptions(Options):
 
     opening: float = option(
         0.0,
-        "distance by which the lips of cracks are apart in the file, 0.01 for programs that join nodes in "
-        "one place and so heal the crack; 0: both lips lie in one place",
+        "gap between the crack faces in the file; 0: they coincide; 0.01 is for programs that merge "
+        "coincident nodes, which would close the crack",
         "l_min",
         at_least=0,
         at_most=0.5,
     )
-    ascii: bool = option(False, "write .msh as text, for programs that read no binary one")
+    ascii: bool = option(False, "write .msh as text, for programs that cannot read binary .msh")
 
 
 def write_msh(path: str | os.PathLike, mesh: TetMesh, ascii: bool = False) -> None:
-    """Write the mesh through meshio, version 2.2; every set is a physical group with a tag of its own.
+    """Write the mesh as Gmsh 2.2 with meshio; every set is a physical group with its own tag.
 
-    Volumes GRAIN_<id>, whose tag is the grain's id; surfaces of triangles with normals out of their
-    elements, one group per face set; points, one group per node set in its order. The sets' tags go on from
-    the largest id, surfaces first, so no two groups of any dimension have one tag. Node sets called as
-    a face set get _NODES after their names, for meshio's groups of all dimensions share one list of names.
-    Elements come first and keep the deck's numbers. Empty sets are left out, and so are element data, with
-    which meshio 5.3 reads no such file. ascii: text, else binary. Raises CraftmeshError where ids leave no
-    tags.
+    Volumes are GRAIN_<id>, whose tag is the grain's id. Each face set is a group of triangles, with normals
+    out of their elements, and each node set a group of points in its order. Tags of sets follow the largest
+    grain id, face sets first, so all tags differ. A node set with a face set's name gets the suffix _NODES,
+    because meshio has one list of group names for all dimensions. Elements come first, with the deck's
+    numbers. Empty sets are left out, and also element data, because meshio 5.3 cannot read files with them.
+    ascii: write text instead of binary. Raises CraftmeshError if the tags would exceed the format's limit.
     """
     with extra("formats"):
         from meshio import Mesh
@@ -68,8 +67,8 @@ def write_msh(path: str | os.PathLike, mesh: TetMesh, ascii: bool = False) -> No
     largest = int(mesh.grain.max(initial=0))
     if largest + len(parts) > np.iinfo(np.int32).max:
         raise CraftmeshError(
-            f"{path}: the largest grain id is {largest}, and {len(parts)} sets take tags after it, but "
-            ".msh has tags up to 2147483647; renumber the grains, or export to another format"
+            f"{path}: largest grain id {largest} plus {len(parts)} sets exceeds the largest tag of .msh, "
+            "2147483647; renumber the grains, or export to another format"
         )
     for tag, (name, dimension, kind, nodes) in enumerate(parts, largest + 1):
         if len(nodes):
@@ -84,7 +83,7 @@ def write_msh(path: str | os.PathLike, mesh: TetMesh, ascii: bool = False) -> No
 
 @dataclass(frozen=True)
 class Variable:
-    """An array over named dimensions; whole numbers, stored as int32, floats or single characters."""
+    """A NetCDF array with named dimensions, of integers (stored as int32), floats or single characters."""
 
     name: str
     dimensions: tuple[str, ...]
@@ -98,20 +97,20 @@ def write_netcdf(
     variables: Sequence[Variable],
     attributes: Mapping[str, object],
 ) -> None:
-    """Write the file whole or not at all; the same input gives the same bytes.
+    """Write a NetCDF file completely or not at all; the same input gives the same bytes.
 
-    dimensions: name -> length > 0, None for the record dimension, the first, of which there is one record.
-    Variables that have it, as their first dimension, come last in `variables`, whose order the file keeps.
-    Attributes are texts or numbers. Raises CraftmeshError, before anything is written, for a variable of
-    over 2 GiB.
+    dimensions: name -> length > 0; None for the record dimension, which comes first and has one record.
+    variables: in the order of the file; those with the record dimension, as their first, come last.
+    attributes: of the file, texts or numbers. Raises CraftmeshError, before it writes, for a variable over
+    2 GiB.
     """
     whole = {v.name: v.values.astype(np.int32, copy=False) for v in variables if v.values.dtype.kind == "i"}
     variables = [replace(v, values=whole.get(v.name, v.values)) for v in variables]
     for variable in variables:
         if variable.values.nbytes > LARGEST:
             raise CraftmeshError(
-                f"{path}: {variable.name} takes {variable.values.nbytes} bytes; NetCDF by scipy has up to "
-                f"{LARGEST}: export to .vtu instead, or coarsen the mesh"
+                f"{path}: {variable.name} needs {variable.values.nbytes} bytes, but scipy's NetCDF has at "
+                f"most {LARGEST}; export to .vtu instead, or coarsen the mesh"
             )
     with atomic_path(path) as temporary, scipy.io.netcdf_file(temporary, "w", version=2) as file:
         for name, length in dimensions.items():
@@ -132,12 +131,12 @@ def write_netcdf(
 
 
 def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
-    """Write an Exodus II file that keeps the grains and all sets, in NetCDF's 64-bit classic format.
+    """Write an Exodus II file with the grains and all sets, in NetCDF's 64-bit offset format.
 
-    Element blocks GRAIN_<id> have the grain's id, and the element variable `grain` repeats it; elements
-    are sorted by grain, and the element number map holds their numbers in the deck. Node sets keep
-    their order; face sets become side sets. Empty sets are left out. Raises CraftmeshError for names
-    of over 32 characters.
+    Each grain is an element block GRAIN_<id> with the grain's id, which the element variable `grain`
+    repeats. Elements are sorted by grain; the element number map has their numbers in the deck. Node sets
+    keep their order; face sets become side sets. Empty sets are left out. Raises CraftmeshError for names
+    longer than 32 characters.
     """
     order = np.argsort(mesh.grain, kind="stable")
     place = np.argsort(order) + 1
@@ -177,9 +176,9 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
 
 
 def read_exodus(path: str | os.PathLike) -> TetMesh:
-    """Read what `write_exodus` wrote: elements by the numbers of their map, grains by blocks, all sets.
+    """Return the mesh in a file of `write_exodus`: elements in the order of their map, and all sets.
 
-    Raises CraftmeshError for another file.
+    Raises CraftmeshError for any other file.
     """
     try:
         with scipy.io.netcdf_file(existing_file(path), "r", mmap=False) as file:
@@ -197,18 +196,21 @@ def read_exodus(path: str | os.PathLike) -> TetMesh:
         return TetMesh(points, np.concatenate(tets)[back], grain[back], node_sets, face_sets)
     except (KeyError, ValueError, TypeError, IndexError, OSError) as error:
         raise CraftmeshError(
-            f"{path}: no Exodus file of craftmesh ({error}); expected one of `craftmesh export`"
+            f"{path}: not an Exodus file of craftmesh ({error}); write it with `craftmesh export`"
         ) from None
 
 
 def _set_names(found: Mapping[str, np.ndarray], kind: str) -> Iterator[tuple[int, str]]:
-    """Yield number and name of the node sets (ns) or side sets (ss) of a file, by its variables."""
+    """Yield number, from 1, and name of a file's node sets (ns) or side sets (ss); found: its variables."""
     rows = found.get(f"{kind}_names", np.zeros((0, 1), "S1"))
     yield from enumerate((row.tobytes().rstrip(b"\0").decode("ascii") for row in rows), 1)
 
 
 def _set_heads(kind: str, dimension: str, ids: np.ndarray, names: list[str]) -> list[Variable]:
-    """Return status, ids and names of element blocks (eb), node sets (ns) or side sets (ss), if any."""
+    """Return status, ids and names of element blocks (eb), node sets (ns) or side sets (ss) as variables.
+
+    dimension: name of their number; empty if there are no names.
+    """
     return [
         Variable(f"{kind}_status", (dimension,), np.ones(len(ids), int)),
         Variable(f"{kind}_prop1", (dimension,), ids, {"name": "ID"}),
@@ -220,7 +222,7 @@ def _names(variable: str, dimension: str, names: list[str]) -> Variable:
     long = [name for name in names if len(name) > _NAME_LIMIT or not name.isascii()]
     if long:
         raise CraftmeshError(
-            f"set {long[0]}: Exodus names have up to {_NAME_LIMIT} ASCII characters; rename it"
+            f"set {long[0]}: names in Exodus have at most {_NAME_LIMIT} ASCII characters; rename it"
         )
     width = _NAME_LIMIT + 1
     text = np.array([name.encode("ascii") for name in names], f"S{width}")
@@ -228,12 +230,12 @@ def _names(variable: str, dimension: str, names: list[str]) -> Variable:
 
 
 def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | None = None) -> None:
-    """Write the tetrahedra, then the triangles of each face set, with normals out of their elements.
+    """Write a .vtu of the tetrahedra, then the triangles of each face set, normals out of their elements.
 
-    Cell data: `grain` int32, 0 on triangles; `face_set` int32, 0 on tetrahedra and k on the triangles of
-    the k-th face set; with quaternions (m, 4) of the tetrahedra `orientation`, NaN on triangles. Point
-    data: for each node set an array of its name, uint8, 1 on its nodes. The field data are those of
-    `write_tets`, whose reader reads this file too.
+    Cell data: `grain` int32, 0 on triangles; `face_set` int32, 0 on tetrahedra and k on triangles of the
+    k-th face set, counted from 1; if quaternions (m, 4) of the tetrahedra are given, `orientation`, NaN on
+    triangles. Point data: an array per node set with its name, uint8, 1 on its nodes. Field data are those
+    of `write_tets`, whose reader also reads this file.
     """
     width, count = mesh.tets.shape[1], len(mesh.tets)
     triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]
@@ -260,8 +262,8 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | 
     write_dataset(path, "UnstructuredGrid", grid)
 
 
-# What writes a mesh to a path, by the suffix without its dot.
+# Functions that write a mesh to a path, by suffix without the dot.
 MESH_FORMATS: dict[str, Callable[..., None]]
 MESH_FORMATS = {"vtu": write_vtu, "msh": write_msh, "e": write_exodus, "exo": write_exodus}
-GRAIN_TABLE = "csv"  # what the mesh's grains are, beside formats that have no place for it
+GRAIN_TABLE = "csv"  # suffix of the table of grains, for formats that cannot store their properties
 EXPORTS = (*MESH_FORMATS, GRAIN_TABLE)

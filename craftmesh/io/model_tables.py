@@ -1,4 +1,4 @@
-"""Tables of a model from users and other programs: displacements, eigenstrains of grains, lips' loads."""
+"""Tables from users and other programs: displacements, eigenstrains of grains, crack-face loads, slip."""
 
 import os
 import re
@@ -14,9 +14,9 @@ from craftmesh.io.text_table import read_table
 
 COLUMNS = ("node", "ux", "uy", "uz")
 FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) and displacement (k, 3)"
-# Columns of a line of values in the long ASCII form: key, node, then fields of twelve, six a line.
+# Character positions in a .frd line of the long ASCII form: key, node, then six fields of twelve.
 _NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
-_ROWS = 100_000  # rows read at once
+_ROWS = 100_000  # number of rows read at a time
 _PRINT = re.compile(
     r"^ *(displacements|total force|forces|total internal energy)(?: \(.*\))? +for set (\S+) +and time "
     r"+(\S+)\s*$"
@@ -28,10 +28,10 @@ PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
 
 def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the deck's numbers (k,) of nodes and their displacements (k, 3).
+    """Return node numbers (k,) of the deck and displacements (k, 3) from a .csv or .npz; see FORM.
 
-    An .npz without `node` holds all nodes in order, as solution.npz does. Raises CraftmeshError for a file
-    that is neither, naming the column or entry.
+    An .npz without `node` contains all nodes in order, like solution.npz. Raises CraftmeshError, naming the
+    column or entry, for other content.
     """
     if Path(path).suffix == ".npz":
         arrays = load(path)
@@ -39,7 +39,7 @@ def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.nda
         numbers = arrays.get("node", np.arange(1, len(values) + 1))
         is_sound = values.ndim == 2 and values.shape[1] == 3 and values.dtype.kind == "f"
         if not is_sound or numbers.shape != values.shape[:1] or numbers.dtype.kind not in "iu":
-            raise CraftmeshError(f"{path}: entries {', '.join(arrays)}; expected {FORM}")
+            raise CraftmeshError(f"{path}: its entries are {', '.join(arrays)}; expected {FORM}")
         return numbers.astype(np.int64), values.astype(float)
     try:
         rows = read_table(path, COLUMNS).numbers(COLUMNS)
@@ -47,14 +47,14 @@ def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.nda
         raise CraftmeshError(f"{error}; expected {FORM}") from None
     numbers = rows[:, 0].astype(np.int64)
     if (numbers != rows[:, 0]).any():
-        raise CraftmeshError(f"{path}: column 'node' holds fractions; expected the deck's node numbers")
+        raise CraftmeshError(f"{path}: column 'node' contains fractions; expected node numbers of the deck")
     return numbers, rows[:, 1:]
 
 
 def read_displacements(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers (k,) of the nodes and their displacements (k, 3) in the last step of a .frd.
+    """Return node numbers (k,) and displacements (k, 3) of the last step in a .frd file of CalculiX.
 
-    Errors as of `read_frd`.
+    Errors as in `read_frd`.
     """
     return read_frd(path, {"DISP": 3})["DISP"]
 
@@ -62,26 +62,26 @@ def read_displacements(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]
 def read_frd(
     path: str | os.PathLike, columns: Mapping[str, int]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return numbers (k,) of nodes and values (k, c) of the last blocks of a .frd by name, c columns each.
+    """Return node numbers (k,) and values (k, c) by block name, from the last such block of a .frd file.
 
-    DISP holds displacements, STRESS xx, yy, zz, xy, yz, xz, SDV state variables. Other blocks are
-    passed by. Raises CraftmeshError for a missing or cut file, one without a block, and rows that are not
-    in the long ASCII form.
+    columns: block name -> number c of columns to read. DISP contains displacements, STRESS xx, yy, zz, xy,
+    yz, xz, SDV state variables. Other blocks are skipped. Raises CraftmeshError for a missing or truncated
+    file, a missing block, and rows that are not in the long ASCII form.
     """
     found = {}
-    with existing_file(path, "expected CalculiX' results").open("rb") as stream:
+    with existing_file(path, "give a results file of CalculiX").open("rb") as stream:
         while head := stream.readline():
             name = head[5:13].decode("latin-1").strip() if head.startswith(b" -4") else ""
             if name in columns:
                 found[name] = _block(path, stream, columns[name])
     for name in columns:
         if name not in found:
-            raise CraftmeshError(f"{path}: holds no block {name}; expected one, as *EL FILE writes")
+            raise CraftmeshError(f"{path}: has no block {name}; request it with *NODE FILE or *EL FILE")
     return found
 
 
 def _block(path: str | os.PathLike, stream: BinaryIO, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers and the first columns of the block whose first line has been read."""
+    """Return node numbers (k,) and values (k, columns) of the block whose first line has been read."""
     row = stream.readline()
     while row.startswith(b" -5"):
         row = stream.readline()
@@ -99,17 +99,17 @@ def _block(path: str | os.PathLike, stream: BinaryIO, columns: int) -> tuple[np.
             values.append(np.column_stack(fields))
         except ValueError:
             raise CraftmeshError(
-                f"{path}: values are not in the long ASCII form of CalculiX; write them anew"
+                f"{path}: values are not in the long ASCII form of CalculiX; write the file again"
             ) from None
         rest = rest[count * len(row) :] + stream.read(_ROWS * len(row))
     if not rest.startswith(b" -3"):
-        raise CraftmeshError(f"{path}: was cut short within a block of values; solve again")
+        raise CraftmeshError(f"{path}: is truncated within a block of values; solve again")
     stream.seek(-len(rest), os.SEEK_CUR)
     return np.concatenate(numbers), np.concatenate(values)
 
 
 def _rows_of_values(text: bytes, width: int) -> int:
-    """Return how many whole rows of values `text` starts with."""
+    """Return the number of complete rows of values, `width` bytes each, at the start of `text`."""
     keys = np.frombuffer(text, "S1", len(text) // width * width).reshape(-1, width)[:, 1:3]
     other = np.flatnonzero(np.ascontiguousarray(keys).view("S2").ravel() != b"-1")
     return int(other[0]) if len(other) else len(keys)
@@ -120,8 +120,8 @@ def _column(table: np.ndarray, at: slice) -> np.ndarray:
 
 
 class FacePrint(NamedTuple):
-    """What CalculiX printed of a node set in increments: times (k,), numbers (n,) of its nodes, their
-    displacements (k, n, 3), and the sum of the forces on them (k, 3)."""
+    """CalculiX's printed output of a node set in k increments: times (k,), numbers (n,) of its nodes,
+    displacement (k, n, 3), and force (k, 3), the sum over these nodes."""
 
     times: np.ndarray
     numbers: np.ndarray
@@ -130,9 +130,9 @@ class FacePrint(NamedTuple):
 
 
 def read_face_prints(path: str | os.PathLike) -> dict[str, FacePrint]:
-    """Return what a .dat of CalculiX has of node sets, by name: *NODE PRINT of U and RF, with their totals.
+    """Return the output of *NODE PRINT of U and RF, with totals, from a .dat of CalculiX, by node set.
 
-    Raises CraftmeshError for a file that is missing, has none, or has not the same for each increment.
+    Raises CraftmeshError if the file is missing, has no such output, or not the same in each increment.
     """
     blocks: dict[tuple[str, str], list[tuple[float, list[list[float]]]]] = {}
     into: list[list[float]] = []
@@ -155,16 +155,14 @@ def read_face_prints(path: str | os.PathLike) -> dict[str, FacePrint]:
             return found
     except (OSError, ValueError, KeyError, IndexError):
         pass
-    raise CraftmeshError(
-        f"{path}: has no displacements and forces of faces for each increment; solve again"
-    )
+    raise CraftmeshError(f"{path}: lacks displacements or forces of faces in some increment; solve again")
 
 
 def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
-    """Return the ids of grains (k,) and their strains (k, 1 or 6): 11, 22, 33, 12, 13, 23.
+    """Return the ids of grains (k,) and their strains (k, 1) or (k, 6) as 11, 22, 33, 12, 13, 23.
 
-    Raises CraftmeshError, naming the line, for other tables, ids that are there twice or not whole, and
-    strains over 1.
+    Raises CraftmeshError, naming the line, for other tables, duplicate or fractional ids, and strains
+    over 1.
     """
     table = read_table(path, ("grain", *ONE), ("grain", *SIX))
     strains = table.numbers(ONE if table.has(ONE) else SIX)
@@ -172,26 +170,27 @@ def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
     for row, (grain, line) in enumerate(zip(grains.tolist(), table.lines)):
         if grain != int(grain) or grain in grains[:row]:
             raise CraftmeshError(
-                f"{path}, line {line}: grain is {grain:g}; expected a whole number, and each once"
+                f"{path}, line {line}: grain is {grain:g}; use an integer, and each grain only once"
             )
         if np.abs(strains[row]).max() > 1:
             raise CraftmeshError(
-                f"{path}, line {line}: a strain of {np.abs(strains[row]).max():g}; expected at most 1"
+                f"{path}, line {line}: strain is {np.abs(strains[row]).max():g}; expected at most 1"
             )
     return grains.astype(int).tolist(), strains
 
 
 def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (k, 3), pressures (k,) and tractions (k, 3) of a table, 0 where it has no such column.
+    """Return points (k, 3), pressures (k,) and tractions (k, 3) on crack faces from a table.
 
-    Raises CraftmeshError for a table with neither, and for cells that are no numbers.
+    Pressures or tractions without a column are 0. Raises CraftmeshError if both are missing, and for cells
+    that are not numbers.
     """
     kinds = [(*"xyz", *names) for names in (PRESSURE, TRACTION)]
     table = read_table(path, *kinds)
     known = [names for names in (PRESSURE, TRACTION) if table.has(names)]
     if not known:
         raise CraftmeshError(
-            f"{path}: the columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and "
+            f"{path}: its columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and "
             "pressure or tx, ty, tz"
         )
     points = table.numbers("xyz")
@@ -201,21 +200,22 @@ def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def read_slip_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (k, 3), normals (p, 3) of planes in the crystal's axes, and the slip (k, p) of each.
+    """Return points (k, 3), slip-plane normals (p, 3) in crystal axes, and the slip (k, p) on each plane.
 
-    Columns x, y, z, and slip_hkl of planes, as slip_111 or slip_1-11, or slip, which holds for OCTAHEDRAL.
-    Raises CraftmeshError for a table with neither, and for cells that are no numbers.
+    The table has columns x, y, z, and either slip_hkl per plane, such as slip_111 or slip_1-11, or slip,
+    the same on all planes OCTAHEDRAL. Raises CraftmeshError if these are missing, and for cells that are
+    not numbers.
     """
     table = read_table(path, "xyz")
     planes = [name for name in table.names if _PLANE.fullmatch(name.casefold())]
     if not planes and not table.has(["slip"]):
         raise CraftmeshError(
-            f"{path}: the columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and slip "
-            "or slip_hkl of planes, as slip_111, slip_1-11"
+            f"{path}: its columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and slip "
+            "or slip_hkl of planes, such as slip_111, slip_1-11"
         )
     found = [_PLANE.fullmatch(name.casefold()) for name in planes or [f"slip_{hkl}" for hkl in OCTAHEDRAL]]
     normals = np.array([one.groups() for one in found if one], float)
     columns = [name.casefold() for name in planes] or ["slip"] * len(normals)
     if not np.abs(normals).max(axis=1).all():
-        raise CraftmeshError(f"{path}: slip_000 is no plane; expected the Miller indices of one")
+        raise CraftmeshError(f"{path}: slip_000 is not a plane; use Miller indices that are not all 0")
     return table.numbers("xyz"), normals, table.numbers(columns)

@@ -1,4 +1,4 @@
-"""NumPy files: labels.npz of a case, read back exactly, and volumes from other tools' .npz and .npy."""
+"""NumPy files: labels.npz of a case, written and read exactly, and volumes in users' .npz and .npy."""
 
 import lzma
 import os
@@ -32,9 +32,10 @@ from craftmesh.io.file_volume import (
 )
 from craftmesh.types import VOID, Crystal, Voxels
 
-FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
+# Value of the entry `format`. In this format label 0 is the outside, and -k the void k.
+FORMAT = "craftmesh labels 1"
 _OPTIONAL = ("orientations", "phases", "voxel_orientations")
-# What numpy, zipfile and their codecs raise at a broken file.
+# Exceptions that numpy, zipfile and their decoders raise for a damaged file.
 BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, RuntimeError, ArithmeticError) + (
     zipfile.BadZipFile,
     zlib.error,
@@ -44,10 +45,10 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
-    """Write labels, how many faces they have, spacing, origin and what is known of the grains to an .npz.
+    """Write labels, their number of faces, spacing, origin and known properties of grains to an .npz.
 
-    The same voxels give the same bytes; the file appears whole or not at all. Raises CraftmeshError where
-    it cannot be written.
+    The same voxels give the same bytes. The file is written completely or not at all. Raises CraftmeshError
+    if it cannot be written.
     """
     arrays = {"format": np.array(FORMAT), "labels": voxels.labels, "faces": np.array(voxels.faces)}
     arrays |= {"spacing": voxels.spacing, "origin": voxels.origin}
@@ -60,7 +61,7 @@ def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
 
 
 def write_arrays(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write arrays to a compressed .npz, whole or not at all; the same arrays give the same bytes."""
+    """Write arrays to a compressed .npz, completely or not at all; the same arrays give the same bytes."""
     with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name, values in arrays.items():
             entry = zipfile.ZipInfo(f"{name}.npy", _EPOCH)
@@ -71,7 +72,7 @@ def write_arrays(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> N
 
 
 def read_labels(path: str | os.PathLike) -> Voxels:
-    """Read an .npz written by `write_labels`; raises CraftmeshError for a missing file or entry."""
+    """Return the voxels in an .npz of `write_labels`; raises CraftmeshError for a missing file or entry."""
     arrays = load(path)
     refuse_missing(path, arrays, ("labels", "spacing", "origin"), "a labels.npz made by craftmesh")
     place = arrays["labels"], arrays["spacing"], arrays["origin"]
@@ -82,20 +83,21 @@ def read_labels(path: str | os.PathLike) -> Voxels:
 def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     """Read `labels` (or `dataset`), spacing, origin, orientations and phases from an .npz.
 
-    The axes are those of `axes`, else of the file's entry `axes`, else x, y, z. Orientations come from
-    `orientations` (quaternions), `rodrigues` and what is named after Euler (Bunge): tables, row = grain id,
-    or arrays of voxels, in the axes of the labels, as `phases`. Raises CraftmeshError.
+    axes: axis order such as "zyx"; empty: the file's entry `axes`, or else xyz. Orientations come from the
+    entries `orientations` (quaternions), `rodrigues`, and those with Euler (Bunge's angles) in their name.
+    They and `phases` are tables, row = grain id, or arrays of voxels with the labels' axes. Raises
+    CraftmeshError.
     """
     arrays = load(path)
     volumes = [k for k, values in arrays.items() if values.ndim == 3 or k in ("labels", dataset)]
     name = pick(path, dataset, volumes, ("labels",))
     axes = axes or str(arrays.get("axes", "xyz"))
     if sorted(axes) != list("xyz"):
-        raise CraftmeshError(f"{path}: axes is {axes!r}; expected an order of x, y, z such as zyx")
+        raise CraftmeshError(f"{path}: axes is {axes!r}; write x, y and z in the file's order, such as zyx")
     is_ours = str(arrays.get("format", "")) == FORMAT
-    notes = () if "spacing" in arrays else ("no spacing in the file: one voxel is one unit of length",)
+    notes = () if "spacing" in arrays else ("the file has no spacing, so one voxel is one unit of length",)
     labels = to_xyz(arrays.pop(name), axes, f"{path}: {name}")
-    orientations = _orientations(arrays, axes, labels.size)  # lists of voxels say no order: left unread
+    orientations = _orientations(arrays, axes, labels.size)  # not flat lists, whose order is unknown
     key = next((k for k in ("phases", *arrays) if k in arrays and is_phases(k)), "")
     phases = None if arrays.get(key, labels).shape == (labels.size,) else arrays.get(key)
     if phases is not None and phases.ndim == 3:
@@ -117,7 +119,10 @@ def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
 
 
 def _orientations(arrays: Mapping[str, np.ndarray], axes: str, voxels: int) -> dict[str, Rotations]:
-    """Return the orientations, of grains or of voxels; not those in a list of voxels without axes."""
+    """Return orientations of grains or voxels by entry name; a flat list of all voxels is left out.
+
+    axes: axis order of the file; voxels: their number.
+    """
     kinds = {"orientations": QUATERNIONS, "rodrigues": RODRIGUES}
     kinds |= {key: EULERS for key, values in arrays.items() if is_eulers(key) and values.shape[-1:] == (3,)}
     words = [f"{key} {values}" for key, values in arrays.items() if is_eulers(key) and not values.ndim]
@@ -138,14 +143,14 @@ def _crystals(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict
         return {int(phase): Crystal(structure, name) for phase, structure, name in rows}
     except (ValueError, TypeError) as error:
         raise CraftmeshError(
-            f"{path}: crystals cannot be read ({error}); expected rows of phase, structure and name"
+            f"{path}: cannot read entry crystals ({error}); expected rows of phase, structure and name"
         ) from None
 
 
 def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-    """Return the entries of an .npz, all or those of `names` that it has.
+    """Return the entries of an .npz by name: all, or those of `names` that it has.
 
-    Raises CraftmeshError when it is not one, holds Python objects or declares more than it holds.
+    Raises CraftmeshError if it is not an .npz, contains Python objects, or declares more than it contains.
     """
     try:
         refuse_false_zip(existing(Path(path)))
@@ -156,22 +161,22 @@ def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[
             return {name: archive[name] for name in archive.files if names is None or name in names}
     except BROKEN as error:
         raise CraftmeshError(
-            f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it anew"
+            f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it again"
         ) from None
 
 
 def refuse_missing(
     path: str | os.PathLike, arrays: Mapping[str, np.ndarray], needed: Iterable[str], made: str
 ) -> None:
-    """Raise CraftmeshError unless the entries of an .npz have those of a file that is `made` so."""
+    """Raise CraftmeshError if an .npz lacks an entry `needed`; made: the file expected, for the error."""
     if missing := [name for name in needed if name not in arrays]:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected {made}")
 
 
 def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], there: int) -> None:
-    """Refuse the array at the start of a stream whose head declares more than the bytes that are there.
+    """Raise CraftmeshError if the .npy header at the start of a stream declares more than `there` bytes.
 
-    Raises CraftmeshError, and ValueError where there is no such head.
+    name: the array's, for errors. Raises ValueError if the stream does not start with such a header.
     """
     version = np.lib.format.read_magic(stream)
     is_first = version == (1, 0)
@@ -179,29 +184,29 @@ def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], the
     try:
         shape, _, dtype = read(stream)
     except TokenError as error:
-        raise ValueError(f"its head has no end: {error}") from None
+        raise ValueError(f"its header has no end: {error}") from None
     if dtype.hasobject:
-        raise CraftmeshError(f"{path}: {name} holds Python objects; expected an array of numbers or text")
+        raise CraftmeshError(f"{path}: {name} contains Python objects; save numbers or text instead")
     refuse_false_size(path, name, shape, dtype.itemsize, there)
 
 
 def _fault(path: str | os.PathLike, error: Exception) -> str:
-    """Return what is wrong with a file; numpy takes all that is no archive for Python objects."""
+    """Return the reason for a read error as text; numpy's own calls any other file Python objects."""
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
-    return str(error) if zipfile.is_zipfile(path) else "no zip archive, or one that was cut short"
+    return str(error) if zipfile.is_zipfile(path) else "not a zip archive, or truncated"
 
 
 def read_npy(path: str | os.PathLike, axes: str) -> FileVolume:
-    """Read a .npy whose axes are in the order `axes` ("xyz", "zyx", ...); raises CraftmeshError."""
+    """Return the volume in a .npy with axes in the order `axes` ("xyz", "zyx"); raises CraftmeshError."""
     if not axes:
-        raise CraftmeshError(f"{path}: a .npy does not say its axis order; give axes as xyz or zyx")
+        raise CraftmeshError(f"{path}: a .npy does not store its axis order; set axes to xyz or zyx")
     if zipfile.is_zipfile(path):
-        raise CraftmeshError(f"{path}: is an .npz archive; name it so or give format npz")
+        raise CraftmeshError(f"{path}: is an .npz archive; rename it to .npz or set format to npz")
     try:
         with open(path, "rb") as stream:
             refuse_false_head(path, "its array", stream, os.path.getsize(path))
         labels = np.load(path, allow_pickle=False)
     except BROKEN as error:
-        raise CraftmeshError(f"{path}: is not a .npy of numbers ({error}); write it anew") from None
+        raise CraftmeshError(f"{path}: is not a .npy of numbers ({error}); write it again") from None
     return FileVolume(to_xyz(labels, axes, str(path)))

@@ -1,7 +1,8 @@
-"""MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr): headers say where axes point; the first runs fastest.
+"""MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), whose headers have the directions of the axes.
 
-NRRD is read by pynrrd, and so is MetaImage, its header turned into one of NRRD: VTK's reader crashes on
-labels of 64 bits, and ITK is too large to carry. Source: the documentation of MetaIO in the wiki of ITK.
+The first axis varies fastest. pynrrd reads both formats; a MetaImage header is first converted to one of
+NRRD, because VTK's reader crashes on labels of 64 bits and ITK is a large dependency. Source: the
+documentation of MetaIO in ITK's wiki.
 """
 
 import os
@@ -19,13 +20,15 @@ from craftmesh.extras import extra
 from craftmesh.io.declared import DEFLATE, HEAD, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
 
-ALIGNED = 1e-4  # of a step: headers have six digits, and over 1000 voxels this is a tenth of one
-# MetaIO's types by NRRD's names.
+# Steps off an axis, over the step, that count as rounding: headers have six digits, and over 1000 voxels
+# this adds up to a tenth of a voxel.
+ALIGNED = 1e-4
+# NRRD's names of MetaIO's types.
 _TYPES = {"CHAR": "int8", "UCHAR": "uint8", "SHORT": "int16", "USHORT": "uint16", "INT": "int32"}
 _TYPES |= {"UINT": "uint32", "LONG": "long", "ULONG": "ulong", "LONG_LONG": "int64", "ULONG_LONG": "uint64"}
 _TYPES |= {"FLOAT": "float", "DOUBLE": "double"}
 _LONG = {"long": ("int32", "int64"), "ulong": ("uint32", "uint64")}
-_LAST = "ElementDataFile"  # the key after which the data begin
+_LAST = "ElementDataFile"  # the header's last key, after which the data begin
 _NRRD_FILES = ("datafile", "data file")
 _METHODS = {"gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 
@@ -35,23 +38,23 @@ def along_axes(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return labels (nx, ny, nz) along x, y, z, their spacing (3,) and the lower corner of their box (3,).
 
-    labels: axes in the file's order; steps (3, 3): row k leads from one voxel to the next along axis k;
-    first (3,): the centre of the first voxel. Axes that run backwards or stand in another order are turned.
-    Raises CraftmeshError for axes that are not those of x, y, z, and for labels of other than three axes.
+    labels: with the file's axes; steps (3, 3): row k is the vector from one voxel to the next along axis k;
+    first (3,): centre of the first voxel. Reversed or permuted axes are put in order. Raises CraftmeshError
+    for axes not parallel to x, y, z, and if the labels do not have three axes.
     """
     if labels.ndim != 3 or steps.shape != (3, 3):
         raise CraftmeshError(
-            f"{path}: has {labels.ndim} axes; expected a volume of three, export one label a voxel"
+            f"{path}: has {labels.ndim} axes; export a volume of three axes, with one label per voxel"
         )
     if not (np.isfinite(steps).all() and np.isfinite(first).all() and steps.any(axis=1).all()):
         raise CraftmeshError(
-            f"{path}: its steps are {told(steps)} from {told(first)}; "
-            "expected a finite spacing, not 0, and a finite origin"
+            f"{path}: voxel steps are {told(steps)}, the origin is {told(first)}; "
+            "expected finite numbers, and a spacing that is not 0"
         )
     order = next((list(p) for p in permutations(range(3)) if _is_diagonal(steps[list(p)])), None)
     if order is None:
         raise CraftmeshError(
-            f"{path}: its axes are turned (steps {told(steps)}); resample it on axes x, y, z"
+            f"{path}: its axes are oblique (voxel steps {told(steps)}); resample it on axes x, y, z"
         )
     along = steps[order].diagonal()
     turned = labels.transpose(order)
@@ -70,17 +73,17 @@ def _is_diagonal(steps: np.ndarray) -> bool:
 def read_metaimage(path: str | os.PathLike) -> FileVolume:
     """Read the labels, ElementSpacing (else ElementSize), TransformMatrix and Offset.
 
-    The format's Offset is the centre of the first voxel; without it the origin is None. MET_LONG has 8
-    bytes where the data are that long, as some systems write it. Raises CraftmeshError.
+    Offset is the centre of the first voxel; without it the origin is None. MET_LONG is read as 8 bytes if
+    the data are that long, because its size depends on the system that wrote it. Raises CraftmeshError.
     """
     path = Path(path)
     with open(path, "rb") as stream:
         header, rest = _header(path, stream), stream.read()
     shape = _header_numbers(path, header, ("DimSize",), np.int64)
     if shape is None or len(shape) != 3 or (shape <= 0).any():
-        raise CraftmeshError(f"{path}: DimSize is {header.get('DimSize')}; expected three counts of voxels")
+        raise CraftmeshError(f"{path}: DimSize is {header.get('DimSize')}; expected three voxel counts")
     if header.get("ElementNumberOfChannels", "1") != "1":
-        raise CraftmeshError(f"{path}: has several numbers a voxel; expected one label a voxel")
+        raise CraftmeshError(f"{path}: has several numbers per voxel; export one label per voxel")
     kind = header.get("ElementType", "").removeprefix("MET_")
     if kind not in _TYPES:
         raise CraftmeshError(
@@ -108,13 +111,13 @@ def read_metaimage(path: str | os.PathLike) -> FileVolume:
 
 
 def _placed(path: Path, labels: np.ndarray, steps: np.ndarray, first: np.ndarray | None) -> FileVolume:
-    """Return the volume along x, y, z; first (3,): the centre of the first voxel, None where not known."""
+    """Return the volume with axes x, y, z; steps, first: as in `along_axes`, first None if unknown."""
     turned, spacing, corner = along_axes(path, labels, steps, np.zeros(3) if first is None else first)
     return FileVolume(turned, spacing, None if first is None else corner)
 
 
 def metaimage_data(path: Path) -> list[Path]:
-    """Return the file in which the data of a .mhd lie, none for a .mha; raises CraftmeshError."""
+    """Return the data file of a .mhd in a list, [] for a .mha; raises CraftmeshError."""
     with open(path, "rb") as stream:
         return _metaimage_data(path, _header(path, stream))
 
@@ -124,15 +127,15 @@ def _metaimage_data(path: Path, header: Mapping[str, str]) -> list[Path]:
 
 
 def _header(path: Path, stream: IO[bytes]) -> dict[str, str]:
-    """Return the header's values by their keys; the stream is then at what follows it in the file."""
+    """Return the header's values by key; the stream then stands at the first byte after the header."""
     header: dict[str, str] = {}
     while _LAST not in header:
         line = stream.readline(HEAD).decode("ascii", "replace").removesuffix("\n")
         key, equals, value = line.partition("=")
         if not equals:
             raise CraftmeshError(
-                f"{path}: {line[:40]!r} is no line of a MetaImage header; "
-                f"expected KEY = VALUE up to {_LAST}"
+                f"{path}: {line[:40]!r} is not a line of a MetaImage header; "
+                f"write lines KEY = VALUE up to {_LAST}"
             )
         header[key.strip()] = value.strip()
     return header
@@ -141,7 +144,10 @@ def _header(path: Path, stream: IO[bytes]) -> dict[str, str]:
 def _header_numbers(
     path: Path, header: Mapping[str, str], names: tuple[str, ...], kind: type, count: int = 0
 ) -> np.ndarray | None:
-    """Return the numbers of the first of `names` that the header has, `count` of them; None without."""
+    """Return the numbers of the first key in `names` that the header has; None if it has no such key.
+
+    kind: number type; count: required number of values, 0 for any. Raises CraftmeshError.
+    """
     for name in names:
         if name in header:
             try:
@@ -155,9 +161,9 @@ def _header_numbers(
 
 
 def read_nrrd(path: str | os.PathLike) -> FileVolume:
-    """Read the labels with `space directions` and `space origin`, or `spacings`, where the header has them.
+    """Read the labels and, if present, `space directions` and `space origin`, or `spacings`.
 
-    The origin of the format is the centre of the first voxel. Raises CraftmeshError, also for oblique axes.
+    The format's origin is the centre of the first voxel. Raises CraftmeshError, also for oblique axes.
     """
     with extra("formats"):
         import nrrd
@@ -174,18 +180,18 @@ def read_nrrd(path: str | os.PathLike) -> FileVolume:
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """Raise CraftmeshError for what pynrrd, and the decoders that it calls, raise."""
+    """Turn any exception of pynrrd and its decoders into a CraftmeshError that names the file."""
     try:
         yield
     except (CraftmeshError, MemoryError):
         raise
     except Exception as error:
         reason = " ".join(str(error).split())
-        raise CraftmeshError(f"{path}: is not a whole file ({reason}); export it anew") from None
+        raise CraftmeshError(f"{path}: is damaged or incomplete ({reason}); export it again") from None
 
 
 def nrrd_data(path: Path) -> list[Path]:
-    """Return the files in which the data of a .nhdr lie, none for a .nrrd; raises CraftmeshError."""
+    """Return the data files of a .nhdr, [] for a .nrrd; raises CraftmeshError."""
     with extra("formats"):
         import nrrd
 
@@ -198,9 +204,9 @@ def _nrrd_data(path: Path, header: Mapping[str, Any]) -> list[Path]:
 
 
 def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
-    """Return the labels that follow an NRRD header, or lie in the file that it names.
+    """Return the labels of an NRRD header, from `rest`, the bytes after it, or from its data file.
 
-    They are unpacked as far as needed. The header loses what says where they were and how they were packed.
+    Only as many bytes as needed are unpacked. Keys on location and compression are changed in `header`.
     """
     with extra("formats"):
         import nrrd
@@ -226,7 +232,7 @@ def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
 
 
 def _steps(header: Mapping[str, Any], axes: int) -> np.ndarray | None:
-    """Return the step (3, 3) of each axis, None where the header has none."""
+    """Return the voxel steps (3, 3), row k along axis k; None if the header has none."""
     directions = header.get("space directions")
     if directions is not None and np.shape(directions) == (3, 3):
         return np.asarray(directions, float)

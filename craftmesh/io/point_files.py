@@ -1,4 +1,4 @@
-"""Points in users' files: those of a surface, points and pores to refine around, target lengths."""
+"""Points in users' files: measured crack points, points and pores to refine around, target lengths."""
 
 import os
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from craftmesh.io.surface_files import LISTED, vertices_of
 from craftmesh.io.text_table import Table, read_table
 
 TEXTS = (".txt", ".xyz", ".asc", ".pts")
-_VOID, _VOID_COLUMNS = "xyzr", 5  # without a header its id comes first
+_VOID, _VOID_COLUMNS = "xyzr", 5  # columns of a void list; without header, id is before them
 _CENTRE = ("barycenterx", "barycentery", "barycenterz")
 _DIAMETER, _VOLUME = "eqdiameter", "volume3d"
 _NO_POINTS, _NO_SPHERES = np.zeros((0, 3)), np.zeros((0, 4))
@@ -21,10 +21,11 @@ _KINDS = {".vtp": "PolyData", ".vti": "ImageData"}
 
 
 def read_points(path: str | os.PathLike) -> np.ndarray:
-    """Return the points (n, 3) of a file: a .csv with columns x, y, z, text with these or with them as its
-    first three columns, a .vtp, or a file that trimesh reads (.ply, .obj, ...), triangles or not.
+    """Return the points (n, 3) of a file, with or without triangles.
 
-    Raises CraftmeshError for a missing or broken file and numbers that are not finite.
+    The file is a .csv with columns x, y, z; text with these columns or, without header, with x, y, z first;
+    a .vtp; or a file that trimesh reads (.ply, .obj, ...). Raises CraftmeshError for a missing or damaged
+    file and for numbers that are not finite.
     """
     path = existing_file(path, f"give points as .csv, .xyz, .vtp, {LISTED}")
     suffix = path.suffix.lower()
@@ -38,15 +39,16 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
     else:
         points = vertices_of(path)
     if not len(points) or not np.isfinite(points).all():
-        raise CraftmeshError(f"{path}: holds {len(points)} points; expected finite ones, at least three")
+        raise CraftmeshError(f"{path}: has {len(points)} points; expected at least one, all of them finite")
     return points
 
 
 @dataclass(frozen=True, eq=False)
 class SourcePoints:
-    """What a file holds: points (k, 3) and spheres (s, 4) x, y, z, r in model units, or voids (v, 4).
+    """Places to refine around: points (k, 3) and spheres (s, 4) in model units, or voids (v, 4).
 
-    Voids are x, y, z, r in fractions of the model's box, r of the cube root of its volume.
+    A row of spheres or voids is x, y, z, r. Those of voids are fractions: x, y, z of the model's box, r of
+    the cube root of its volume.
     """
 
     points: np.ndarray
@@ -54,7 +56,7 @@ class SourcePoints:
     spheres: np.ndarray
 
     def in_box(self, box: np.ndarray) -> np.ndarray:
-        """Return the spheres (s, 4), or the voids as such in model units; box: (2, 3) corners."""
+        """Return spheres and voids (s + v, 4) in model units; box (2, 3): its lower and upper corner."""
         low, high = box
         extent = high - low
         sizes = [*extent, np.cbrt(extent.prod())]
@@ -64,9 +66,9 @@ class SourcePoints:
 def read_source_points(path: Path) -> SourcePoints:
     """Read the points of a csv with x, y, z, the voids of a void list, or the pores of an Avizo table.
 
-    A void list has columns id, x, y, z, r; it is one by its header, or by five columns without one. A table
-    of Avizo (Label Analysis, saved as csv) has BaryCenterX, Y, Z, and EqDiameter or Volume3d. Raises
-    CraftmeshError for files that are none of these, and for radii that are not > 0.
+    A void list has the columns id, x, y, z, r, in a header, or five columns without header. A table of
+    Avizo (Label Analysis, saved as csv) has BaryCenterX, Y, Z, and EqDiameter or Volume3d. Raises
+    CraftmeshError for other files, and for radii that are not > 0.
     """
     pores = [(*_CENTRE, size) for size in (_DIAMETER, _VOLUME)]
     table = read_table(path, *pores, _VOID, "xyz")
@@ -85,7 +87,7 @@ def _checked(table: Table, rows: np.ndarray) -> np.ndarray:
     if len(bad):
         raise CraftmeshError(
             f"{table.path}, line {table.lines[bad[0]]}: void {bad[0] + 1} is {rows[bad[0]].tolist()}; "
-            "expected x, y, z, r, and r > 0"
+            "expected x, y, z, r with r > 0"
         )
     return rows
 
@@ -98,21 +100,21 @@ def _pores(table: Table) -> np.ndarray:
 
 
 def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Read points (k, 3) and the array `name` of target lengths (k,) there from a .vtp or .vti.
+    """Return points (k, 3) of a .vtp or .vti and the target lengths (k,) there, from the array `name`.
 
-    Cell data count at the cells' centres. Raises CraftmeshError for other files, a missing array, and one
-    that is not a scalar.
+    Cell data are the lengths at the cells' centres. Raises CraftmeshError for other files, a missing array,
+    and an array that is not scalar.
     """
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
-        raise CraftmeshError(f"{path}: suffix {path.suffix!r}; expected a .vtp or .vti with lengths")
+        raise CraftmeshError(f"{path}: unknown suffix {path.suffix!r}; give a .vtp or .vti with lengths")
     data = vtk_xml.read_dataset(path, kind)
     at_points = name in data.at_points
     lengths = vtk_xml.named_array(
         path, data.at_points if at_points else data.at_cells, [name], "point or cell data"
     )
     if lengths.ndim != 1:
-        raise CraftmeshError(f"{path}: {name!r} has {lengths.shape[1]} components; expected one")
+        raise CraftmeshError(f"{path}: {name!r} has {lengths.shape[1]} components; expected a scalar array")
     if not data.place and at_points:
         return data.points, lengths
     if not data.place:
@@ -127,7 +129,7 @@ def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _lattice(image: vtk_xml.Dataset, axes: list[np.ndarray]) -> np.ndarray:
-    """Return the places (k, 3) of an image's points at whole numbers along its axes, the first fastest."""
+    """Return positions (k, 3) of an image's points from their indices on each axis, the first fastest."""
     at = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
     steps = image.place["direction"].reshape(3, 3) * image.place["spacing"]
     return at @ steps.T + image.place["origin"]

@@ -1,4 +1,4 @@
-"""Arrays between stages: chunks of grains, sizing.npz, solution.npz, and solution.vtu for ParaView."""
+"""Files between stages: tetrahedra of grains, sizing.npz, solution.npz, and solution.vtu for ParaView."""
 
 import json
 import os
@@ -15,9 +15,9 @@ from craftmesh.io.vtk import tets_alone
 from craftmesh.types import GrainTets, Solution
 
 _FIELDS = ("nodes", "interior", "tets")
-FORMAT = "craftmesh sizing 1"  # in the entry `format`
+FORMAT = "craftmesh sizing 1"  # value of the entry `format`
 _NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent", "growth")
-# Entries with their type and shape, None: any number of rows.
+# Type and shape of each entry; None: any number of rows.
 _ENTRIES = {
     **dict.fromkeys(_NUMBERS, (float, ())),
     "sources": (float, (None, 3)),
@@ -26,19 +26,19 @@ _ENTRIES = {
     "field_counts": (np.int64, (None,)),
     "field_growth": (float, (None,)),
 }
-SOLUTION_FORMAT = "craftmesh solution 1"  # in the entry `format`
-_HISTORY = "history "  # how the entries of a history begin
-# VTK has xz after yz.
+SOLUTION_FORMAT = "craftmesh solution 1"  # value of the entry `format`
+_HISTORY = "history "  # prefix of the entries of a history
+# Order of VTK's stress components, yz before xz.
 _VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
 
 def write_grain_tets(
     path: str | os.PathLike, grains: Sequence[GrainTets], record: dict | None = None
 ) -> None:
-    """Write the grains, in the order given, as one .npz; the same grains give the same bytes.
+    """Write the grains, in the given order, to one .npz; the same grains give the same bytes.
 
-    Arrays: grain (g,); nodes, interior, tets of all grains one after the other; counts (g, 3) of each;
-    record: how they were made, as JSON text in bytes.
+    Arrays: grain (g,), the ids; nodes, interior, tets, each of all grains in sequence; counts (g, 3), their
+    numbers of rows per grain; record, how the grains were made, as JSON text in bytes.
     """
     text = np.frombuffer(json.dumps(record or {}).encode(), np.uint8)
     counts = np.array([[len(getattr(g, name)) for name in _FIELDS] for g in grains], np.int64)
@@ -53,7 +53,7 @@ def write_grain_tets(
 
 
 def read_grain_tets(path: str | os.PathLike) -> list[GrainTets]:
-    """Read the grains of a chunk; raises CraftmeshError for a missing or broken file or array."""
+    """Return the grains in a file of `write_grain_tets`; raises CraftmeshError if it lacks any array."""
     arrays = _arrays(path, ("grain", "counts", *_FIELDS))
     cuts = np.cumsum(arrays["counts"], axis=0)[:-1]
     parts = [np.split(arrays[name], cuts[:, column]) for column, name in enumerate(_FIELDS)]
@@ -61,7 +61,7 @@ def read_grain_tets(path: str | os.PathLike) -> list[GrainTets]:
 
 
 def read_record(path: str | os.PathLike) -> dict:
-    """Read how the grains of a chunk were made; raises CraftmeshError as `read_grain_tets`."""
+    """Return the record of how the grains in a file were made; errors as in `read_grain_tets`."""
     return json.loads(_arrays(path, ("record",))["record"].tobytes())
 
 
@@ -72,17 +72,17 @@ def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarr
 
 
 def write_sizing(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write the arrays of a sizing function; the same arrays give the same bytes, whole or not at all."""
+    """Write the arrays of a sizing function, completely or not at all; same arrays give same bytes."""
     write_arrays(path, {"format": np.array(FORMAT), **{name: arrays[name] for name in _ENTRIES}})
 
 
 def is_sizing(path: str | os.PathLike) -> bool:
-    """Return whether an .npz says that it is a sizing; raises CraftmeshError where it is no .npz."""
+    """Return True if the `format` of an .npz is that of a sizing; raises CraftmeshError if not an .npz."""
     return str(load(path).get("format")) == FORMAT
 
 
 def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
-    """Read the arrays that `write_sizing` wrote; raises CraftmeshError, naming the entry that is not so."""
+    """Return the arrays in a file of `write_sizing`; raises CraftmeshError that names a wrong entry."""
     arrays = _loaded(path, FORMAT, "size", tuple(_ENTRIES))
     arrays = {
         name: as_array(f"{path}: {name}", arrays[name], *entry, finite=False)
@@ -101,22 +101,25 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
 def _loaded(
     path: str | os.PathLike, form: str, verb: str, needed: Sequence[str] = ()
 ) -> dict[str, np.ndarray]:
-    """Return the entries of an .npz of that format, which a verb makes."""
+    """Return the entries of an .npz with the format `form`, which the subcommand `verb` writes.
+
+    needed: entries that must exist. Raises CraftmeshError.
+    """
     what = form.split()[1]
     made = f"a {what}.npz made by `craftmesh {verb}`"
     arrays = load(path)
     if str(arrays.get("format")) != form:
-        raise CraftmeshError(f"{path}: is no {what}; expected {made}")
+        raise CraftmeshError(f"{path}: is not a {what}; expected {made}")
     refuse_missing(path, arrays, needed, made)
     return arrays
 
 
 def write_solutions(path: str | os.PathLike, solutions: Mapping[str, Solution]) -> None:
-    """Write an .npz of the solutions of loads by their names, "" for a single one; always the same bytes.
+    """Write an .npz of solutions by load case, "" for a single one; the same input gives the same bytes.
 
-    The first has `displacement`, `reactions` and `record` (JSON text), `contact` and each column of a
-    history as `history NAME` where it has them. Of several, `load_cases` has the names, and the others'
-    entries begin with theirs and a point.
+    The first solution has the entries `displacement`, `reactions`, `record` (JSON text), and possibly
+    `contact` and each column of its history as `history NAME`. Entries of the others begin with the name of
+    the load case and a point. With several load cases, `load_cases` contains their names.
     """
     names = list(solutions)
     arrays = {"format": np.array(SOLUTION_FORMAT)} | ({"load_cases": np.array(names)} if names[0] else {})
@@ -132,12 +135,12 @@ def write_solutions(path: str | os.PathLike, solutions: Mapping[str, Solution]) 
 
 
 def read_solution(path: str | os.PathLike) -> Solution:
-    """Read what `write_solutions` wrote, of several the first; raises CraftmeshError for another file."""
+    """Return the first solution in a file of `write_solutions`; raises CraftmeshError for other files."""
     return next(iter(read_solutions(path).values()))
 
 
 def read_solutions(path: str | os.PathLike) -> dict[str, Solution]:
-    """Read solutions by the names of their loads, one of a single load by ""; errors as `read_solution`."""
+    """Return the solutions in a file by load case, "" for a single one; errors as in `read_solution`."""
     arrays = _loaded(path, SOLUTION_FORMAT, "solve")
     names = arrays.get("load_cases", np.array([""])).tolist()
     found = {}
@@ -160,11 +163,11 @@ def write_solution_vtu(
     stress: np.ndarray,
     slip: np.ndarray | None = None,
 ) -> None:
-    """Write a .vtu of elements whose grains share no points.
+    """Write a .vtu of elements whose grains share no points, so that stresses may jump at boundaries.
 
-    points (p, 3), tets (m, 4 or 10), cell data `grain` (m,). Point data: `node` (p,), the deck's number;
-    `displacement` (p, 3); `stress` (p, 6) xx, yy, zz, xy, yz, xz, given as 11, 22, 33, 12, 13, 23; and
-    `von_mises`; and `slip` (p,) where it is known.
+    points (p, 3), tets (m, 4 or 10), cell data `grain` (m,). Point data: `node` (p,), its number in the
+    deck; `displacement` (p, 3); `stress` (p, 6), passed as 11, 22, 33, 12, 13, 23 and written as xx, yy,
+    zz, xy, yz, xz; `von_mises`; and `slip` (p,) if given.
     """
     straight, shear = stress[:, :3], stress[:, 3:]
     apart = ((straight - np.roll(straight, 1, axis=1)) ** 2).sum(axis=1)
@@ -184,8 +187,8 @@ def read_solution_vtu(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Return points (p, 3), elements (m, 4 or 10), stress (p, 6) and slip (p,) of a solution.vtu.
 
-    Stresses are 11, 22, 33, 12, 13, 23; slip is None where the file has none. Raises CraftmeshError for a
-    file of another kind.
+    Stresses are 11, 22, 33, 12, 13, 23; slip is None if the file has none. Raises CraftmeshError for other
+    files.
     """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
     stress = vtk_xml.named_array(path, grid.at_points, ["stress"], "point data")

@@ -1,8 +1,8 @@
 """Neper's raster tessellations (.tesr, formats 2.0 to 2.2): labels in text or binary, x fastest.
 
-Source: the chapter on file formats of Neper's reference manual. The rotation that brings the sample's axes
-onto the crystal's is the one from crystal to sample components here. Neper calls it active up to format 2.1
-and passive from 2.2 (Neper 4.10) on.
+Source: Neper's reference manual, chapter on file formats. The rotation that turns the sample's axes onto
+the crystal's axes converts crystal to sample components, as `Rotations` requires. Neper calls it active up
+to format 2.1, and passive from 2.2 (Neper 4.10) on.
 """
 
 import math
@@ -41,9 +41,9 @@ _BINARY = {
     "binary32": "<i4",
     "binary32_big": ">i4",
 }
-# Neper's descriptors and the short names of older files: the kind, and how many numbers it has.
+# Kind and numbers per row of Neper's orientation descriptors, also by the short names of older files.
 _AXIS_ANGLE = "axis-angle"
-_NEWEST = (2, 2)  # format known here; in it active and passive changed places
+_NEWEST = (2, 2)  # newest format known here, in which Neper exchanged active and passive
 _DESCRIPTORS = {
     **dict.fromkeys(("rodrigues", "R"), (RODRIGUES, 3)),
     **dict.fromkeys(("euler-bunge", "e"), (EULERS, 3)),
@@ -56,32 +56,32 @@ _DESCRIPTORS = {
 
 
 def read_tesr(path: str | os.PathLike) -> FileVolume:
-    """Read the cells of the voxels, the voxel sizes, the origin, the orientations and the symmetry.
+    """Read the cell labels of voxels, voxel sizes, origin, orientations and crystal symmetry.
 
-    Cells go by their `*id` where there is one; 0 is void. Orientations are those of the cells (*ori), else
-    of the voxels (**oridata, where **oridef defines them). Raises CraftmeshError.
+    Labels are the cells' `*id` if the file has them; 0 is void. Orientations are those of the cells (*ori),
+    else of the voxels (**oridata, at voxels defined by **oridef). Raises CraftmeshError.
     """
     path = Path(path)
     content = path.read_bytes()
     head, found, data = content.partition(b"**data")
     if not found or not head.lstrip().startswith(b"***tesr"):
-        raise CraftmeshError(f"{path}: has no ***tesr with **data; expected a raster tessellation of Neper")
+        raise CraftmeshError(f"{path}: has no ***tesr with **data; give a raster tessellation of Neper")
     fields = _fields(head.decode("ascii", "replace").split())
     general = _numbers(path, fields, "**general")
     if len(general) != 7 or general[0] != 3:
         raise CraftmeshError(
-            f"{path}: **general is {general.tolist()}; expected 3, three sizes, three lengths"
+            f"{path}: **general is {general.tolist()}; expected 3, three numbers of voxels, three lengths"
         )
     if not (np.isfinite(general).all() and (general[1:4] == np.round(general[1:4])).all()):
         raise CraftmeshError(f"{path}: **general is {general.tolist()}; expected counts and finite lengths")
     shape, spacing = tuple(int(n) for n in general[1:4]), general[4:]
     origin = _numbers(path, fields, "*origin") if "*origin" in fields else np.zeros(3)
-    kind = " ".join(fields.get("**format", [])[1:])  # in 2.0 of all data, later in each section
+    kind = " ".join(fields.get("**format", [])[1:])  # data type: here in format 2.0, in each section later
     cells, data = _cells(path, data, shape, kind)
     structure = of_symmetry(" ".join(fields.get("*crysym", [])))
     crystals = {0: Crystal(structure)} if structure else {}
     first = np.append(_numbers(path, fields, "**cell"), 0)[0]
-    count = int(first) if 0 <= first <= len(head) else 0  # each has an id or an orientation in the head
+    count = int(first) if 0 <= first <= len(head) else 0  # at most one cell per byte of the header
     ids = _numbers(path, fields, "*id") if "*id" in fields else np.arange(1, count + 1)
     if "*ori" in fields or "*id" in fields:
         _check_ids(path, cells, ids, count)
@@ -89,7 +89,7 @@ def read_tesr(path: str | os.PathLike) -> FileVolume:
         cells = np.concatenate([[0], ids])[cells]
     elif "**cell" in fields and cells.max(initial=0) > first:
         raise CraftmeshError(
-            f"{path}: labels reach {cells.max()}, and **cell says {first:g}; expected labels up to that"
+            f"{path}: largest label is {cells.max()}, but **cell gives {first:g} cells; write it again"
         )
     unread: list[str] = [name for name in ("*lam", "*mode", "*group") if name in fields]
     orientations = _of_cells(path, fields, ids) if "*ori" in fields else {}
@@ -104,14 +104,14 @@ def _check_ids(path: Path, cells: np.ndarray, ids: np.ndarray, count: int) -> No
     different = np.unique(ids[(ids > 0) & (ids <= np.iinfo(np.int32).max) & (ids == np.floor(ids))])
     if not (0 <= cells.min() <= cells.max() <= count == len(ids) == len(different)):
         raise CraftmeshError(
-            f"{path}: labels run from {cells.min()} to {cells.max()}, and *id has {len(ids)}, "
-            f"{len(different)} of them different whole numbers > 0; "
-            f"expected labels 0 to {count} and {count} different ids as **cell says"
+            f"{path}: labels range from {cells.min()} to {cells.max()}, and *id has {len(ids)} numbers, "
+            f"{len(different)} of them different integers > 0; "
+            f"expected labels 0 to {count} and {count} different ids, as in **cell"
         )
 
 
 def _fields(words: list[str]) -> dict[str, list[str]]:
-    """Return the words after each name that begins with stars."""
+    """Return the words after each name that begins with stars, by this name."""
     fields: dict[str, list[str]] = {}
     name = ""
     for word in words:
@@ -128,14 +128,14 @@ def _numbers(path: Path, fields: Mapping[str, list[str]], name: str, skip: int =
         return np.array(fields.get(name, [])[skip:], float)
     except ValueError:
         raise CraftmeshError(
-            f"{path}: {name} is {' '.join(fields[name][:8])}; expected numbers, write it anew with Neper"
+            f"{path}: {name} is {' '.join(fields[name][:8])}; expected numbers, write it again with Neper"
         ) from None
 
 
 def _cells(path: Path, data: bytes, shape: tuple[int, ...], kind: str) -> tuple[np.ndarray, bytes]:
-    """Return the cells (nx, ny, nz) of all voxels, and what follows.
+    """Return the cell labels (nx, ny, nz) of all voxels, and the bytes after them.
 
-    data: what follows **data; kind: of the data, "" where their first word says it.
+    data: the bytes after **data; kind: data type, "" if it is the first word in `data`.
     """
     name, rest = (kind, data.lstrip(b" \t\r").removeprefix(b"\n")) if kind else _word(data)
     rest, after = _inline_or_beside(path, rest)
@@ -150,13 +150,13 @@ def _cells(path: Path, data: bytes, shape: tuple[int, ...], kind: str) -> tuple[
         raise CraftmeshError(f"{path}: **data is {name!r}; expected ascii or {', '.join(_BINARY)}")
     if len(cells) != count:
         raise CraftmeshError(
-            f"{path}: **data has {len(cells)} of {count} whole labels >= 0; write it anew with Neper"
+            f"{path}: **data has {len(cells)} of {count} integer labels; write it again with Neper"
         )
     return cells.astype(np.int64).reshape(shape, order="F"), tail if after is None else after
 
 
 def _inline_or_beside(path: Path, rest: bytes) -> tuple[bytes, bytes | None]:
-    """Return the bytes of a section's numbers and, where they are in a *file, what follows its name."""
+    """Return the bytes with a section's numbers and, if these are in a *file, the bytes after its name."""
     if not rest.lstrip().startswith(b"*file"):
         return rest, None
     _, name, after = (*rest.split(maxsplit=2), b"", b"")[:3]
@@ -168,7 +168,7 @@ def _beside(path: Path, name: bytes) -> Path:
 
 
 def tesr_data(path: Path) -> list[Path]:
-    """Return the files that a .tesr names for the numbers of its sections; raises CraftmeshError."""
+    """Return the files in which a .tesr stores numbers of its sections; raises CraftmeshError."""
     if not path.stat().st_size:
         return []
     with open(path, "rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as content:
@@ -187,12 +187,12 @@ def _until_star(rest: bytes) -> tuple[bytes, bytes]:
 
 
 def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> dict[str, Rotations]:
-    """Return the cells' orientations as a table (g, k) by id, NaN where there is none."""
+    """Return the cells' orientations as a table (g, k) by id; rows without an orientation are NaN."""
     rows = _numbers(path, fields, "*ori", skip=1)
     name = (fields["*ori"] or [""])[0]
     rotations = _rotations(path, fields, "*ori", name, rows)
     if len(rotations.values) != len(ids):
-        raise CraftmeshError(f"{path}: *ori has {len(rows)} numbers; expected {len(ids)} rows, one a cell")
+        raise CraftmeshError(f"{path}: *ori has {len(rows)} numbers; expected a row per cell, {len(ids)}")
     table = np.full((table_rows(path, ids), rotations.values.shape[1]), np.nan)
     table[ids] = rotations.values
     return {"*ori": replace(rotations, values=table)}
@@ -201,9 +201,9 @@ def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> d
 def _of_voxels(
     path: Path, fields: Mapping[str, list[str]], data: bytes, shape: tuple[int, ...], kind: str
 ) -> dict[str, Rotations]:
-    """Return the voxels' orientations (nx, ny, nz, k), NaN where **oridef says that they are not defined.
+    """Return the voxels' orientations (nx, ny, nz, k), NaN at voxels that **oridef marks as undefined.
 
-    data: from **oridata on; kind: as of `_cells`.
+    data: bytes from **oridata on; kind: data type as in `_cells`.
     """
     count = math.prod(shape)
     name, data = _word(_word(data)[1])
@@ -218,7 +218,7 @@ def _of_voxels(
 
 
 def _word(data: bytes) -> tuple[str, bytes]:
-    """Return the next word, and what follows it or its line."""
+    """Return the next word, and the bytes after it and, if it ends its line, after the line's end."""
     word, rest = re.match(rb"\s*(\S*)[ \t\r]*\n?(.*)", data, re.S).groups()  # type: ignore[union-attr]
     return word.decode("ascii", "replace"), rest
 
@@ -226,7 +226,10 @@ def _word(data: bytes) -> tuple[str, bytes]:
 def _floats(
     path: Path, section: str, data: bytes, dtype: str, count: int, kind: str = ""
 ) -> tuple[np.ndarray, bytes]:
-    """Return `count` numbers of a section, and what follows; they are text, or binary of `dtype`."""
+    """Return `count` numbers of a section as floats, and the bytes after them.
+
+    data: from the section's data type on, or without it if `kind` gives it; dtype: of binary numbers.
+    """
     kind, rest = (re.sub("binary.*", "binary", kind), data) if kind else _word(data)
     rest, after = _inline_or_beside(path, rest)
     if kind == "ascii":
@@ -237,7 +240,7 @@ def _floats(
     if kind not in ("ascii", "binary") or len(numbers) != count:
         raise CraftmeshError(
             f"{path}: {section} ({kind}) has {len(numbers)} of {count} numbers; "
-            "expected ascii or binary and one row a voxel"
+            "expected ascii or binary with one row per voxel"
         )
     return numbers.astype(float), tail if after is None else after
 
@@ -245,28 +248,28 @@ def _floats(
 def _rotations(
     path: Path, fields: Mapping[str, list[str]], section: str, name: str, numbers: np.ndarray
 ) -> Rotations:
-    """Return a section's numbers as rows under their kind; angles of Neper are in degrees."""
+    """Return a section's numbers as Rotations, in degrees; name: Neper's descriptor and convention."""
     descriptor, _, convention = name.partition(":")
     if descriptor not in _DESCRIPTORS or convention not in ("", "active", "passive"):
         raise CraftmeshError(
-            f"{path}: {section} is {name!r}; expected {', '.join(_DESCRIPTORS)}: write it with "
+            f"{path}: {section} is {name!r}; known: {', '.join(_DESCRIPTORS)}; write it with "
             "`neper -T -loadtesr FILE -oridescriptor rodrigues`"
         )
     version = _version(fields)
     if convention and not version:
         raise CraftmeshError(
             f"{path}: **format is {' '.join(fields.get('**format', []))!r}; expected 2.0, 2.1 or 2.2, to "
-            f"say what {convention} means: write the file anew with Neper"
+            f"define {convention}; write the file again with Neper"
         )
     is_swapped = version >= _NEWEST
     if is_swapped and not convention:
         raise CraftmeshError(
-            f"{path}: {section} is {name!r}; expected {name}:passive (Bunge's rotation) or {name}:active, "
-            "which changed places in format 2.2: add the word"
+            f"{path}: {section} is {name!r}; format 2.2 exchanged the conventions, so write {name}:passive "
+            f"(Bunge's rotation) or {name}:active"
         )
     kind, width = _DESCRIPTORS[descriptor]
     if len(numbers) % width:
-        raise CraftmeshError(f"{path}: {section} has {len(numbers)} numbers; expected {width} a row")
+        raise CraftmeshError(f"{path}: {section} has {len(numbers)} numbers; expected {width} per row")
     rows = numbers.reshape(-1, width)
     if kind == _AXIS_ANGLE:
         kind, half = QUATERNIONS, np.radians(rows[:, 3:]) / 2
@@ -277,16 +280,16 @@ def _rotations(
 
 
 def _version(fields: Mapping[str, list[str]]) -> tuple[int, ...]:
-    """Return the numbers of the file's format, none where it names no format."""
+    """Return the file's format version as numbers; empty if it names none."""
     name = " ".join(fields.get("**format", [])[:1])
     return tuple(map(int, name.split("."))) if re.fullmatch(r"[0-9]{1,4}(\.[0-9]{1,4})+", name) else ()
 
 
 def _newer(fields: Mapping[str, list[str]]) -> tuple[str, ...]:
-    """Return the note on orientations of a format that is not known here; none of a known one."""
+    """Return a note, in a tuple, if the file's format is newer than _NEWEST; else an empty tuple."""
     if _version(fields) <= _NEWEST:
         return ()
     return (
-        f"format {fields['**format'][0]} is newer than {'.'.join(map(str, _NEWEST))}, and its orientations "
-        "are taken as in that: check one grain's",
+        f"format {fields['**format'][0]} is newer than {'.'.join(map(str, _NEWEST))}, whose conventions "
+        "for orientations are used: check one grain",
     )

@@ -1,8 +1,8 @@
-"""Tables in text as spreadsheets and other programs write them: one reader for all of them.
+"""The reader of all text tables, as spreadsheets and other programs write them.
 
-Columns are parted by tabs, semicolons, commas or blanks, the first of these in the header. A comma within a
-cell is a decimal mark, of which a table has one. Names may be in capitals, a unit in brackets behind them.
-Lines that begin with # or // are comments. UTF-8, or UTF-16 with its mark.
+The separator is the first of tab, semicolon, comma and blank that the header contains. A comma in a cell is
+a decimal mark; a table has only one kind of decimal mark. Column names may have capitals, and a unit in
+brackets after them. Lines that begin with # or // are comments. Text is UTF-8, or UTF-16 with its mark.
 """
 
 import codecs
@@ -16,7 +16,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, existing_file
 
-TITLE_LINES = 3  # at most, above the names of the columns, as in tables of Avizo
+TITLE_LINES = 3  # largest number of lines above the header, as in tables of Avizo
 _HEAD = re.compile(r"(.*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
 _MICRO = str.maketrans("\u00b5\u03bc", "uu")
 _DECIMAL_COMMAS = "; save numbers with points, or with semicolons between the columns"
@@ -24,9 +24,10 @@ _DECIMAL_COMMAS = "; save numbers with points, or with semicolons between the co
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """names: of the columns, none where the file has no header; units: "" where a name has none.
+    """A table of text cells.
 
-    rows: cells of text, as many in each as there are columns; lines: the number of each row in the file.
+    names: of the columns, empty if the file has no header; units: of the columns, "" if not given; rows:
+    cells, as many in each row as there are columns; lines: line number of each row in the file, from 1.
     """
 
     path: str | os.PathLike
@@ -36,22 +37,22 @@ class Table:
     lines: list[int]
 
     def named(self, names: Sequence[str]) -> "Table":
-        """Return the table with names for its first columns."""
+        """Return the table with `names` for its first columns, and "" for the others."""
         rest = len(self.rows[0]) - len(names)
         return replace(self, names=(*names, *[""] * rest), units=("",) * len(self.rows[0]))
 
     def has(self, names: Collection[str]) -> bool:
-        """Tell whether there are columns with these names, which are in small letters."""
+        """Return True if the table has columns with all these names, which are in lower case."""
         return set(names) <= {own.casefold() for own in self.names}
 
     def words(self, name: str) -> list[str] | None:
-        """Return the cells of a column; None where there is no such column."""
+        """Return the cells of a column; None if there is no such column."""
         return [row[self._place(name)] for row in self.rows] if self.has([name]) else None
 
     def column(self, name: str) -> np.ndarray | None:
-        """Return a column (k,) as numbers; None where a cell is none.
+        """Return a column (k,) as numbers; None if a cell is not a number.
 
-        Raises CraftmeshError where the table has decimal points and decimal commas.
+        Raises CraftmeshError if the table has both decimal points and decimal commas.
         """
         at = self._place(name)
         try:
@@ -63,13 +64,16 @@ class Table:
         for line, row in zip(self.lines, self.rows):
             if any("." in cell and _is_number(cell) for cell in row):
                 raise CraftmeshError(
-                    f"{self.path}, line {line}: a decimal point, and column {name} has decimal commas; "
-                    f"expected one of them for all numbers{_DECIMAL_COMMAS}"
+                    f"{self.path}, line {line}: has a decimal point, but column {name} has decimal commas; "
+                    f"expected the same mark in all numbers{_DECIMAL_COMMAS}"
                 )
         return numbers
 
     def numbers(self, names: Sequence[str]) -> np.ndarray:
-        """Return columns (k, n) of finite numbers in one unit; raises CraftmeshError, naming the line."""
+        """Return the columns `names` as finite numbers (k, n).
+
+        Raises CraftmeshError for a missing column, different units, no row, or a cell that is not finite.
+        """
         missing = [name for name in names if not self.has([name])]
         if missing:
             raise CraftmeshError(
@@ -79,9 +83,9 @@ class Table:
         units = {name: self.units[self._place(name)] for name in names}
         if len({unit.translate(_MICRO).casefold() for unit in units.values() if unit}) > 1:
             told = ", ".join(f"{name} [{unit}]" for name, unit in units.items())
-            raise CraftmeshError(f"{self.path}: columns {told}; expected one unit for all of them")
+            raise CraftmeshError(f"{self.path}: columns {told} differ in unit; use one unit for all")
         if not self.rows:
-            raise CraftmeshError(f"{self.path}: no row under the header; expected at least one point")
+            raise CraftmeshError(f"{self.path}: no row below the header; add at least one point")
         columns = [self.column(name) for name in names]
         for name, column in zip(names, columns):
             if column is None or not np.isfinite(column).all():
@@ -100,14 +104,15 @@ class Table:
 
 
 def read_table(path: str | os.PathLike, *kinds: Sequence[str]) -> Table:
-    """Read the table whose header names the columns of one of `kinds`, in small letters, and others.
+    """Return a table. kinds: groups of column names, in lower case, by one of which the header is found.
 
-    The header may stand in a comment, and titles above it. Raises CraftmeshError, naming the file and the
-    line, for names that are there twice, and rows that are longer or shorter than the header.
+    The header may have titles above it, or be in a comment. If none is found in this way, a first line with
+    text is the header; else the table has none. Raises CraftmeshError, naming the file and line, for
+    duplicate names and for rows longer or shorter than the header.
     """
     lines, comments = _lines(path)
     if not lines:
-        raise CraftmeshError(f"{path}: empty; expected a table with the columns {', '.join(kinds[-1])}")
+        raise CraftmeshError(f"{path}: is empty; give a table with the columns {', '.join(kinds[-1])}")
     wanted = [set(kind) for kind in kinds]
     for skipped, (_, line) in enumerate(lines[: TITLE_LINES + 1]):
         heads = _heads(line)
@@ -124,19 +129,19 @@ def read_table(path: str | os.PathLike, *kinds: Sequence[str]) -> Table:
 
 
 def read_rows(path: str | os.PathLike) -> list[tuple[int, list[str]]]:
-    """Return the cells of each line but comments, with its number; the first line tells what parts them."""
+    """Return line number and cells of each line except comments; the first line sets the separator."""
     lines, _ = _lines(path)
     rows = _cells(path, lines, _separator(lines[0][1])) if lines else []
     return [(number, row) for (number, _), row in zip(lines, rows)]
 
 
 def _lines(path: str | os.PathLike) -> tuple[list[tuple[int, str]], list[str]]:
-    """Return the numbered lines of a file that hold something, and the texts of its comments."""
+    """Return the numbered non-empty lines of a file, without comments, and the texts of its comments."""
     content = existing_file(path, "expected a table as text").read_bytes()
     is_wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = content.decode("utf-16" if is_wide else "utf-8-sig", errors="replace")
     if "\0" in text:
-        raise CraftmeshError(f"{path}: is not text; expected a table saved as text, .csv in UTF-8")
+        raise CraftmeshError(f"{path}: is not a text file; save the table as text, .csv in UTF-8")
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip(' ,;\t"')]
     is_comment = [line.lstrip().startswith(("#", "//")) for _, line in lines]
     comments = [line.strip(" \t#/") for (_, line), apart in zip(lines, is_comment) if apart]
@@ -144,27 +149,27 @@ def _lines(path: str | os.PathLike) -> tuple[list[tuple[int, str]], list[str]]:
 
 
 def _separator(line: str) -> str:
-    """Return what parts the cells of a line; "" for blanks, tabs between bare numbers among them."""
+    """Return the separator of a line's cells; "" for blanks, also for tabs between numbers only."""
     words = line.split()
     is_bare = len(words) > 1 and all(map(_is_number, words))
     return "" if is_bare else next((mark for mark in "\t;," if mark in line), "")
 
 
 def _cells(path: str | os.PathLike, lines: list[tuple[int, str]], separator: str) -> list[list[str]]:
-    """Return the cells of each line."""
+    """Return the cells of each numbered line; raises CraftmeshError for quotation marks left open."""
     if not separator:
         return [[cell.strip('"') for cell in re.findall(r'"[^"]*"|\S+', line)] for _, line in lines]
     try:
         found = list(csv.reader((line for _, line in lines), delimiter=separator, skipinitialspace=True))
     except csv.Error as error:
-        raise CraftmeshError(f"{path}: {error}; expected a table as text") from None
+        raise CraftmeshError(f"{path}: {error}; save the table as text") from None
     if len(found) != len(lines):
-        raise CraftmeshError(f"{path}: a quotation mark is not closed on its line; close it or take it out")
+        raise CraftmeshError(f"{path}: a quotation mark is not closed on its line; close or remove it")
     return [[cell.strip() for cell in row] for row in found]
 
 
 def _heads(line: str) -> list[tuple[str, str]]:
-    """Return the names in a header and their units, as `x [um]` has them."""
+    """Return the names and units in a header line, for example x and um of `x [um]`."""
     joined = re.sub(r"\s+(?=[(\[])", "", line)
     cells = _cells("", [(0, joined)], _separator(joined))[0] if joined.count('"') % 2 == 0 else [joined]
     while cells and not cells[-1]:
@@ -180,11 +185,11 @@ def _table(
     for (number, _), row in zip(lines, rows):
         if len(row) != width and (len(row) < width or any(row[width:])):
             hint = _DECIMAL_COMMAS if separator == "," else ""
-            raise CraftmeshError(f"{path}, line {number}: has {len(row)} columns; expected {width}{hint}")
+            raise CraftmeshError(f"{path}, line {number}: has {len(row)} cells; expected {width}{hint}")
     names = [name.casefold() for name, _ in heads if name]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
-        raise CraftmeshError(f"{path}: column {twice!r} is there twice; expected each name once")
+        raise CraftmeshError(f"{path}: duplicate column name {twice!r}; use each name once")
     rows = [row[:width] for row in rows]
     return Table(
         path,
@@ -196,7 +201,7 @@ def _table(
 
 
 def _number(cell: str) -> float:
-    """Return the number in a cell, perhaps with a decimal comma; NaN for anything else."""
+    """Return the number in a cell, also with a decimal comma; NaN if it is not a number."""
     try:
         return float(cell if "." in cell or cell.endswith(",") else cell.replace(",", "."))
     except ValueError:

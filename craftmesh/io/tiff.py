@@ -1,4 +1,4 @@
-"""TIFF stacks: one multi-page file, or a folder of slices; pages are z, rows y, columns x."""
+"""TIFF stacks: one file of several pages, or a folder of slices; pages are z, rows y, columns x."""
 
 import os
 import re
@@ -16,17 +16,18 @@ from craftmesh.io.declared import DEFLATE, HEAD, heard, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
 
 SUFFIXES = (".tif", ".tiff")
-Place = tuple[np.ndarray | None, str]  # spacing (3,) along x, y, z, None where unknown, and its unit
+Place = tuple[np.ndarray | None, str]  # spacing (3,) along x, y, z, None if unknown, and its unit
 NO_PLACE: Place = None, ""
-_RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}  # by the tag Compression; the others have no bound
-# Layouts whose heads name other files are read as plain pages.
+# Largest unpacked over stored size, by the tag Compression; others are unlimited.
+_RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}
+# Options of tifffile that read files as plain pages, without other files that their headers name.
 _ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), False)
 
 
 def read_tiff(path: str | os.PathLike) -> FileVolume:
-    """Read a stack of integer slices: one file, or a folder whose slices go by the number in their names.
+    """Read a stack of integer slices: one file, or a folder with slices in the order of their numbers.
 
-    The spacing is what ImageJ or OME say of one file, else the caller gives it. Raises CraftmeshError.
+    The spacing of one file is that in its ImageJ or OME header, else None. Raises CraftmeshError.
     """
     path = Path(path)
     files = slice_files(path) if path.is_dir() else [path]
@@ -37,26 +38,24 @@ def read_tiff(path: str | os.PathLike) -> FileVolume:
     spacing, unit = places[0] if len(files) == 1 else NO_PLACE
     notes: tuple[str, ...] = ()
     if spacing is not None:
-        notes = (f"lengths are in {unit or 'a unit that the file does not name'}, spacing {told(spacing)}",)
+        notes = (f"lengths are in {unit or 'an unknown unit'}, spacing {told(spacing)}",)
     if volume.dtype == np.uint8 and volume.max(initial=0) == 255:
-        notes += (
-            "8-bit labels that reach 255: more grains than 255 would have been cut off; export 16 bits",
-        )
+        notes += ("8-bit labels reach 255, so larger labels may have been clipped; export 16 bits",)
     return FileVolume(volume.transpose(2, 1, 0), spacing, notes=notes)
 
 
 def slice_files(folder: Path) -> list[Path]:
-    """Return the .tif files of a folder by the number in their names; hidden files are left out.
+    """Return the .tif files of a folder in the order of the number in their names, without hidden files.
 
-    The names differ in that number alone, with zeros before it or not, and it counts up by one. Raises
-    CraftmeshError that names two files which do not follow each other.
+    Names may differ only in this number, with or without leading zeros, and it must increase by one. Raises
+    CraftmeshError that names two files that break this rule.
     """
     visible = (file for file in sorted(folder.iterdir()) if not file.name.startswith("."))
     files = [file for file in visible if file.suffix.lower() in SUFFIXES]
     for file in files:
         if not file.is_file():
             raise CraftmeshError(
-                f"{file}: is a folder or a broken link, FIFO or device; expected slices, move it away"
+                f"{file}: is a folder, broken link, FIFO or device, not a slice; move it to another folder"
             )
     if not files:
         raise CraftmeshError(
@@ -69,15 +68,15 @@ def slice_files(folder: Path) -> list[Path]:
     for one, other in pairwise(in_order):
         step = numbers[other] - numbers[one]
         if step != 1:
-            fault = f"miss {step - 1} slices between them" if step else "have the same number"
+            fault = f"have {step - 1} missing slices between them" if step else "have the same number"
             raise CraftmeshError(
-                f"{folder}: {one.name} and {other.name} {fault}; expected each number once, without a gap"
+                f"{folder}: {one.name} and {other.name} {fault}; number the slices without gaps"
             )
     return in_order
 
 
 def _numbers(folder: Path, files: list[Path]) -> dict[Path, int]:
-    """Return the number of each file: what is between the start and the end that all names share."""
+    """Return the number of each file: the digits between the common start and end of all names."""
     names = [file.stem for file in files]
     start = os.path.commonprefix(names).rstrip("0123456789")
     rests = [name[len(start) :] for name in names]
@@ -88,13 +87,16 @@ def _numbers(folder: Path, files: list[Path]) -> dict[Path, int]:
     stems = [re.sub("[0-9]+", "#", name) for name in names]
     other = next((file for file, stem in zip(files, stems) if stem != stems[0]), files[-1])
     raise CraftmeshError(
-        f"{folder}: {files[0].name} and {other.name} do not differ in one number alone; expected the "
-        "slices of one stack, move other files away"
+        f"{folder}: {files[0].name} and {other.name} do not differ only in one number; keep the slices of "
+        "one stack, and move other files away"
     )
 
 
 def _pages(file: Path) -> tuple[np.ndarray, Place]:
-    """Return the pages (z, y, x) of a file, grey and of one size and type, and their place."""
+    """Return the pages (z, y, x) of a file, with their spacing and unit; raises CraftmeshError.
+
+    The pages must be grey and of the same size and type.
+    """
     with extra("formats"):
         import tifffile
 
@@ -112,24 +114,27 @@ def _pages(file: Path) -> tuple[np.ndarray, Place]:
             _refuse_colours(file, series[0])
             if len(kinds) > 1 or max(pages.ndim for pages in series) > 3:
                 raise CraftmeshError(
-                    f"{file}: holds pages of {len(kinds)} sizes or types, of shape {series[0].shape} (axes "
-                    f"{series[0].axes}); expected grey pages (z, y, x) alike, save one channel alone"
+                    f"{file}: has pages of {len(kinds)} sizes or types, shape {series[0].shape} (axes "
+                    f"{series[0].axes}); expected equal grey pages (z, y, x), save only one channel"
                 )
             # some writers make a series of each page
             found = np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
         missed = [fault for fault in said if fault.startswith("<tifffile.TiffPage")]
-        if missed:  # the pages behind it are left out, or zero
+        if missed:  # later pages are left out or zero
             raise ValueError(missed[0])
         return found, place
     except CraftmeshError:
         raise
-    except Exception as error:  # tifffile and its codecs raise many kinds
+    except Exception as error:  # tifffile and its decoders raise many types
         reason = " ".join(str(error).split())
         raise CraftmeshError(f"{file}: cannot be read as TIFF ({reason}); export it uncompressed") from None
 
 
 def _place(file: Path, tif: Any) -> Place:
-    """Return what ImageJ or OME say of a file; refuse several channels, and times beside slices."""
+    """Return spacing and unit from a file's ImageJ or OME header.
+
+    Raises CraftmeshError for several channels, and for several times with several slices.
+    """
     page = tif.pages.first
     text = page.description
     counts, lengths, units = [1, 1, 1], [], {""}
@@ -143,25 +148,28 @@ def _place(file: Path, tif: Any) -> Place:
         named = tif.imagej_metadata
         counts = [int(named.get(key, 1)) for key in ("channels", "frames", "slices")]
         units = {str(named.get(key, named.get("unit", ""))) for key in ("unit", "yunit", "zunit")}
-        if "spacing" in named or units - {"", "pixel", "pixels"}:  # a depth of 1 is left out
+        if "spacing" in named or units - {"", "pixel", "pixels"}:  # ImageJ leaves out a depth of 1
             lengths = [*(1 / each if each else 0 for each in page.resolution), named.get("spacing", 1.0)]
     if counts[0] > 1 or counts[1] > 1 < counts[2]:
         raise CraftmeshError(
             f"{file}: has {counts[0]} channels, {counts[1]} times, {counts[2]} slices; expected one label "
-            "a pixel, save the channel of the labels alone (ImageJ: Image > Duplicate)"
+            "per pixel, save only the channel of the labels (ImageJ: Image > Duplicate)"
         )
     is_known = len(units) == 1 and lengths and min(lengths) > 0 and np.isfinite(lengths).all()
     return (np.array(lengths), units.pop().replace(r"\u00B5", "µ")) if is_known else NO_PLACE
 
 
 def _refuse_colours(file: Path, pages: Any) -> None:
-    """Refuse pages of several values a pixel, unless the file calls them grey: then these are a stack's."""
+    """Raise CraftmeshError for pages of several values per pixel, unless the file calls them grey.
+
+    Grey pages of this kind are stacks that tifffile misread.
+    """
     page = pages.keyframe
     if page.samplesperpixel > 1 and (page.photometric > 1 or any(page.extrasamples)):
         raise CraftmeshError(
-            f"{file}: says that it is colour (photometric {page.photometric.name}, {page.samplesperpixel} "
-            f"values a pixel, shape {pages.shape}); expected one label a pixel: write a stack that is 3 or "
-            "4 wide as grey (photometric minisblack), which tifffile does not by itself"
+            f"{file}: is a colour image (photometric {page.photometric.name}, {page.samplesperpixel} "
+            f"values per pixel, shape {pages.shape}); expected one label per pixel; if it is a stack 3 or "
+            "4 pixels wide, write it as grey: tifffile needs photometric='minisblack' for this"
         )
 
 
@@ -169,12 +177,12 @@ def _refuse_unlike(files: list[Path], slices: Sequence[np.ndarray]) -> None:
     for file, pages in zip(files, slices):
         if len(pages) > 1:
             raise CraftmeshError(
-                f"{file}: has {len(pages)} pages and lies beside {len(files) - 1} other .tif; "
-                "expected one slice a file, or one stack alone in the folder"
+                f"{file}: has {len(pages)} pages, but the folder has {len(files) - 1} other .tif files; "
+                "keep one slice per file, or only one stack in the folder"
             )
         if (pages.shape, pages.dtype) != (slices[0].shape, slices[0].dtype):
             first, this = (f"{s.shape[1:]} {s.dtype}" for s in (slices[0], pages))
             raise CraftmeshError(
-                f"{file.parent}: slices differ: {files[0].name} has {first}, {file.name} {this}; "
-                "expected one shape and type"
+                f"{file.parent}: slices differ: {files[0].name} has {first}, {file.name} has {this}; "
+                "export all slices with one shape and type"
             )

@@ -1,4 +1,4 @@
-"""Templates of user materials: YAML files, those of the package by name."""
+"""Templates of user materials: YAML files of the user, or built-in ones by name."""
 
 from pathlib import Path
 from typing import Any
@@ -11,19 +11,19 @@ PRESETS = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
 def template_file(name: str) -> Path:
-    """Return the file of a template: one of PRESETS, or the path of another."""
+    """Return the file of a template; name: one of PRESETS, or the path of a YAML file."""
     return FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
 
 
 def read_template(name: str) -> Any:
-    """Return what a template holds: one of PRESETS, or a YAML file.
+    """Return the content of a template; name: one of PRESETS, or the path of a YAML file.
 
-    Raises CraftmeshError for a file that is missing or no YAML.
+    Raises CraftmeshError if the file is missing or not YAML.
     """
     path = template_file(name)
     if not path.exists():
         raise CraftmeshError(
-            f"user_material: {name} cannot be read; expected {', '.join(PRESETS)}, or a file .yaml"
+            f"user_material: {name} does not exist; give {', '.join(PRESETS)}, or a .yaml file"
         )
     with named("user_material"):
         return read_yaml(path)

@@ -1,6 +1,6 @@
-"""VTK image data (.vti) and even rectilinear grids (.vtr) with grain ids as cell data.
+"""VTK image data (.vti), and rectilinear grids (.vtr) of even spacing, with grain ids as cell data.
 
-DAMASK's files, other tools', and craftmesh's own.
+The files are from DAMASK, other tools or craftmesh.
 """
 
 import os
@@ -28,20 +28,20 @@ from craftmesh.io.oriented import ALIGNED
 from craftmesh.types import GRAIN, UNINDEXED, VOID
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
-_ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # of DAMASK, of DREAM.3D
+_ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # array names of DAMASK and DREAM.3D
 
 
 def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
-    """Read an integer cell array: `dataset`, or the first of the usual names, or the only one there is.
+    """Read grain ids from a cell array: `dataset`, or the first of the usual names, or the only array.
 
-    In an array `material`, DAMASK's, 0 is a grain. Raises CraftmeshError, also for axes that are turned and
-    for a rectilinear grid (.vtr) whose steps are uneven.
+    In DAMASK's array `material`, 0 is a grain. Raises CraftmeshError, also for oblique axes and for a
+    rectilinear grid (.vtr) of uneven spacing.
     """
     image = _image(path)
     direction = image.place["direction"]
     if not np.allclose(direction, np.eye(3).ravel(), atol=1e-9):
         raise CraftmeshError(
-            f"{path}: its axes are turned (Direction {direction.tolist()}); resample it on axes x, y, z"
+            f"{path}: its axes are rotated (Direction {direction.tolist()}); resample it on axes x, y, z"
         )
     at_cells, at_points = (
         [name for name, values in arrays.items() if values.ndim == 1]
@@ -74,7 +74,7 @@ def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
 
 
 def _image(path: str | os.PathLike) -> vtk_xml.Dataset:
-    """Return the image of a .vti, or of a .vtr with even steps."""
+    """Return the image of a .vti, or of a .vtr with even spacing, else raise CraftmeshError."""
     if Path(path).suffix.lower() != ".vtr":
         return vtk_xml.read_dataset(path, "ImageData")
     grid = vtk_xml.read_dataset(path, "RectilinearGrid")
@@ -84,8 +84,8 @@ def _image(path: str | os.PathLike) -> vtk_xml.Dataset:
         steps = np.diff(at)
         if not (np.abs(steps - step) <= ALIGNED * abs(step)).all():
             raise CraftmeshError(
-                f"{path}: its steps along {axis} run from {steps.min():.6g} to {steps.max():.6g}; expected "
-                "even voxels, resample the labels (nearest) to a .vti"
+                f"{path}: voxel sizes along {axis} range from {steps.min():.6g} to {steps.max():.6g}; "
+                "resample the labels (nearest) to a .vti of equal voxels"
             )
     first = np.array([at[0] for at in planes])
     place = {"spacing": spacing, "origin": first - spacing * grid.place["extent"][::2]}
@@ -95,7 +95,10 @@ def _image(path: str | os.PathLike) -> vtk_xml.Dataset:
 def _described(
     image: vtk_xml.Dataset, labels: str, shape: tuple[int, ...]
 ) -> tuple[dict[str, Rotations], np.ndarray | None, list[str]]:
-    """Return Bunge's angles and the phases of the cells (nx, ny, nz), and the names of what is unread."""
+    """Return Bunge's angles and phases of the cells (nx, ny, nz), and names of arrays that are not read.
+
+    labels: name of the array of grain ids; shape: numbers of cells along x, y, z.
+    """
     orientations: dict[str, Rotations] = {}
     phases, unread = None, []
     for arrays in (image.at_cells, image.at_points, image.others):
@@ -114,14 +117,17 @@ def _described(
 def _refuse_at_points(
     path: str | os.PathLike, dataset: str, at_cells: list[str], at_points: list[str]
 ) -> None:
-    """Refuse labels at points where no cell array has the name asked for, or a usual one."""
+    """Raise CraftmeshError if the labels are point data, and no cell array has their name.
+
+    dataset: the user's name, "" for the usual ones; at_cells, at_points: names of scalar arrays.
+    """
     wanted = [dataset] if dataset else _NAMES
     if any(name in at_cells for name in wanted):
         return
     found = [name for name in wanted if name in at_points]
     if found or (at_points and not at_cells and not dataset):
         raise CraftmeshError(
-            f"{path}: {listed(found or at_points)} is point data; expected labels as cell data: turn it by "
-            "ImageData.points_to_cells() of pyvista (each point a voxel), or ParaView's Point Data "
+            f"{path}: {listed(found or at_points)} is point data, but labels must be cell data; convert it "
+            "by pyvista's ImageData.points_to_cells() (each point a voxel), or ParaView's Point Data "
             "to Cell Data with Categorical Data ticked"
         )

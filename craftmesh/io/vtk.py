@@ -1,6 +1,6 @@
-"""The stages' files in VTK XML, for ParaView too: .vti voxels, .vtp surfaces and cracks, .vtu tetrahedra.
+"""The stages' files in VTK XML: .vti voxels, .vtp surfaces and cracks, .vtu tetrahedra.
 
-Coordinates are float64 bit for bit, and the same input gives the same bytes.
+ParaView opens them too. Coordinates are float64 without rounding. The same input gives the same bytes.
 """
 
 import os
@@ -16,7 +16,7 @@ from craftmesh.types import CRACK, Crack, Surface, TetMesh, Voxels
 
 _NODE_SET, _FACE_SET = "node_set:", "face_set:"
 _VTK_TRIANGLES = (5, 22)
-VTK_CELL_TYPE = {4: 10, 10: 24}  # VTK_TETRA, VTK_QUADRATIC_TETRA: both number nodes as Abaqus does
+VTK_CELL_TYPE = {4: 10, 10: 24}  # VTK_TETRA, VTK_QUADRATIC_TETRA; their node order is that of Abaqus
 
 
 def write_surface(path: str | os.PathLike, surface: Surface) -> None:
@@ -28,18 +28,18 @@ def write_surface(path: str | os.PathLike, surface: Surface) -> None:
 def write_facets(
     path: str | os.PathLike, points: np.ndarray, facets: np.ndarray, marks: Mapping[str, np.ndarray]
 ) -> None:
-    """Write facets (m, 3) on points (n, 3) as .vtp with `marks` as cell data, bools as 0 and 1."""
+    """Write facets (m, 3) on points (n, 3) as .vtp; marks: cell data by name, booleans become 0 and 1."""
     numbers = {name: mark.astype("u1") if mark.dtype == bool else mark for name, mark in marks.items()}
     data = Dataset(at_cells=numbers, points=points, cells={"Polys": in_rows(facets)})
     write_dataset(path, "PolyData", data)
 
 
 def read_surface(path: str | os.PathLike) -> Surface:
-    """Read a .vtp of triangles with cell data `sides`, and `kind` or `crack`.
+    """Return the surface in a .vtp of triangles with cell data `sides`, and `kind` or `crack`.
 
-    A file without `kind` gets it from `crack` and from the bounding box: a facet open to one side
-    whose corners lie exactly on one of the box's planes belongs to that plane. Raises CraftmeshError
-    for a missing file or array, and for cells that are not triangles.
+    Without `kind`, it follows from `crack` and the bounding box: a facet with material on one side only,
+    whose corners lie exactly on a plane of the box, belongs to this plane. Raises CraftmeshError for a
+    missing file or array, and for cells that are not triangles.
     """
     poly = read_dataset(path, "PolyData")
     facets, rows = _triangles(path, poly)
@@ -51,7 +51,7 @@ def read_surface(path: str | os.PathLike) -> Surface:
 
 
 def write_crack(path: str | os.PathLike, crack: Crack) -> None:
-    """Write a .vtp with the crack's triangles as polygons and its fronts as lines."""
+    """Write a .vtp with a crack's triangles as polygons and its fronts as lines."""
     offsets = np.cumsum([0, *(len(front) for front in crack.fronts)])
     lines = np.concatenate([np.zeros(0, np.int64), *crack.fronts]), offsets
     cells = {"Lines": lines, "Polys": in_rows(crack.triangles)}
@@ -59,38 +59,38 @@ def write_crack(path: str | os.PathLike, crack: Crack) -> None:
 
 
 def read_crack(path: str | os.PathLike) -> Crack:
-    """Read a .vtp of triangles as a crack; its lines are the fronts, its arrays are left unread.
+    """Return the crack in a .vtp of triangles; its lines are the fronts, its arrays are ignored.
 
-    Raises CraftmeshError for a missing or cut file, other polygons and surfaces (cell data `sides`).
+    Raises CraftmeshError for a missing or truncated file, other polygons, and surfaces (cell data `sides`).
     """
     poly = read_dataset(path, "PolyData")
     if "sides" in poly.at_cells:
         raise CraftmeshError(
-            f"{path}: has cell data 'sides': a surface of grains; expected the triangles of a crack"
+            f"{path}: is a surface of grains (cell data 'sides'); give the triangles of a crack"
         )
     triangles, _ = _triangles(path, poly)
     if not len(triangles):
-        raise CraftmeshError(f"{path}: holds no triangles, or was cut short; expected those of a crack")
+        raise CraftmeshError(f"{path}: has no triangles, or is truncated; give the triangles of a crack")
     ids, offsets = poly.cells["Lines"]
     fronts = tuple(np.split(ids, offsets[1:-1])) if len(ids) else ()
     return Crack(poly.points, triangles, fronts)
 
 
 def read_polygons(path: str | os.PathLike) -> Surface | Crack:
-    """Read a surface or, where the file has no `sides`, a crack."""
+    """Return the surface in a .vtp with cell data `sides`, else the crack in it."""
     is_surface = "sides" in read_dataset(path, "PolyData").at_cells
     return read_surface(path) if is_surface else read_crack(path)
 
 
 def read_body(path: Path) -> Voxels | Surface:
-    """Read the body in a file: labels .npz, a volume .vti or a surface."""
+    """Return the voxels in a labels .npz or a .vti, or the surface in any other file."""
     if existing(path).suffix == ".npz":
         return read_labels(path)
     return read_voxels(path) if path.suffix == ".vti" else read_surface(path)
 
 
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
-    """Write a .vti with cell data `labels` int32; orientations and phases go into the field data."""
+    """Write a .vti with cell data `labels` int32, and orientations and phases as field data."""
     place = {"spacing": voxels.spacing, "origin": voxels.origin}
     optional = {"orientations": voxels.orientations, "phases": voxels.phases}
     known = {name: values for name, values in optional.items() if values is not None}
@@ -101,7 +101,7 @@ def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
 
 
 def read_voxels(path: str | os.PathLike) -> Voxels:
-    """Read a .vti written by `write_voxels`; raises CraftmeshError for a missing file or `labels`."""
+    """Return the voxels in a .vti of `write_voxels`; raises CraftmeshError if it or `labels` is missing."""
     image = read_dataset(path, "ImageData")
     labels = named_array(path, image.at_cells, ["labels"], "cell data")
     spacing, origin = (image.others.get(name, image.place[name]) for name in ("spacing", "origin"))
@@ -110,27 +110,27 @@ def read_voxels(path: str | os.PathLike) -> Voxels:
 
 
 def write_tets(path: str | os.PathLike, mesh: TetMesh) -> None:
-    """Write a .vtu with cell data `grain` int32; the sets go into the field data, one array a set."""
+    """Write a .vtu with cell data `grain` int32, and one field data array per node or face set."""
     arrays = {"at_cells": {"grain": mesh.grain}, "others": set_arrays(mesh)}
     write_dataset(path, "UnstructuredGrid", tets_alone(mesh.points, mesh.tets, **arrays))
 
 
 def tets_alone(points: np.ndarray, tets: np.ndarray, **arrays: Arrays) -> Dataset:
-    """Return a grid of tetrahedra (m, 4 or 10) on points (n, 3), with arrays as of `Dataset`."""
+    """Return a grid of tetrahedra (m, 4 or 10) on points (n, 3); arrays: further fields of `Dataset`."""
     types = np.full(len(tets), VTK_CELL_TYPE[tets.shape[1]], np.uint8)
     return Dataset(points=points, cells={"Cells": in_rows(tets)}, types=types, **arrays)
 
 
 def set_arrays(mesh: TetMesh) -> dict[str, np.ndarray]:
-    """Return the sets by their names in the field data of a .vtu."""
+    """Return a mesh's node and face sets by their array names in the field data of a .vtu."""
     sets = {_NODE_SET + name: ids for name, ids in mesh.node_sets.items()}
     return sets | {_FACE_SET + name: rows for name, rows in mesh.face_sets.items()}
 
 
 def read_tets(path: str | os.PathLike) -> TetMesh:
-    """Read a .vtu of 4- or 10-node tetrahedra, which triangles may follow, as those of face sets.
+    """Return the mesh in a .vtu of 4- or 10-node tetrahedra; triangles of face sets after them are ignored.
 
-    Raises CraftmeshError for other cells or missing `grain`.
+    Raises CraftmeshError for other cells, and if `grain` is missing.
     """
     grid = read_dataset(path, "UnstructuredGrid")
     connectivity, offsets = grid.cells["Cells"]
@@ -140,7 +140,7 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
     width = next((w for w, t in VTK_CELL_TYPE.items() if count and (solid == t).all()), None)
     if width is None:
         raise CraftmeshError(
-            f"{path}: cell types {np.unique(types).tolist()}; expected only 10 or only 24 (tets)"
+            f"{path}: cell types are {np.unique(types).tolist()}; expected only 10 or only 24 (tetrahedra)"
         )
     grain = named_array(path, grid.at_cells, ["grain"], "cell data")[:count]
     node_sets, face_sets = (
@@ -152,11 +152,11 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
 
 
 def _triangles(path: str | os.PathLike, poly: Dataset) -> tuple[np.ndarray, slice]:
-    """Return the triangles (m, 3) of a poly data and their rows in its cell data."""
+    """Return the triangles (m, 3) of a PolyData and the slice of their rows in its cell data."""
     connectivity, offsets = poly.cells["Polys"]
     verts, lines, strips = (len(poly.cells[name][1]) - 1 for name in ("Verts", "Lines", "Strips"))
     if (np.diff(offsets) != 3).any() or strips:
         raise CraftmeshError(
-            f"{path}: holds polygons that are not triangles; triangulate the surface first"
+            f"{path}: contains polygons that are not triangles; triangulate the surface first"
         )
     return connectivity.reshape(-1, 3), slice(verts + lines, verts + lines + len(offsets) - 1)

@@ -1,4 +1,4 @@
-"""VTK XML files: arrays in, arrays out."""
+"""Reading and writing of VTK XML files as sets of arrays."""
 
 import math
 import os
@@ -15,21 +15,22 @@ from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.declared import enough_memory
 from craftmesh.io.vtk_xml_file import TYPE_NAMES, VtkFile
 
-# Connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long.
+# zlib's level: 1 packs connectivity 4-fold; 5 packs hardly more and takes three times as long.
 _COMPRESSION = 1
-_BLOCK = 1 << 20  # bytes packed at once
-_CELL_SIZES = {5: 3, 10: 4, 22: 6, 24: 10}  # triangles and tetrahedra by VTK's number of the type
+_BLOCK = 1 << 20  # bytes per compressed block
+_CELL_SIZES = {5: 3, 10: 4, 22: 6, 24: 10}  # nodes of triangles and tetrahedra, by VTK's cell type
 Arrays = Mapping[str, np.ndarray]
 NO_CELLS = (np.zeros(0, np.int64), np.zeros(1, np.int64))
 
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """What a VTK XML file holds: arrays (k,) or (k, c) by name, of points, of cells, and field data.
+    """The content of a VTK XML file.
 
-    points (n, 3); cells: connectivity and offsets by section, Verts, Lines, Strips, Polys or Cells; types
-    (m,): VTK's numbers of a grid's cells; place: extent (6,), steps, spacing, origin (3,) and direction
-    (9,) of an image, and x, y, z (k,) of the planes of a rectilinear grid.
+    at_points, at_cells, others: point, cell and field data, arrays (k,) or (k, c) by name; points (n, 3);
+    cells: connectivity and offsets by section Verts, Lines, Strips, Polys or Cells; types (m,): VTK's cell
+    types of a grid; place: extent (6,), steps, spacing, origin (3,) and direction (9,) of an image, and x,
+    y, z (k,), the planes of a rectilinear grid.
     """
 
     at_points: Arrays = field(default_factory=dict)
@@ -41,25 +42,25 @@ class Dataset:
     place: Arrays = field(default_factory=dict)
 
     def elements(self, path: str | os.PathLike) -> np.ndarray:
-        """Return a grid's cells of one size (m, k); raises CraftmeshError for others, naming the file."""
+        """Return a grid's cells (m, k); raises CraftmeshError, with `path`, if they differ in size k."""
         connectivity, offsets = self.cells["Cells"]
         sizes = np.unique(np.diff(offsets))
         if len(sizes) != 1:
             raise CraftmeshError(
-                f"{path}: has cells of {sizes.tolist()} nodes; expected elements of one kind"
+                f"{path}: has cells of {sizes.tolist()} nodes; expected elements of one type"
             )
         return connectivity.reshape(-1, sizes[0])
 
 
 def in_rows(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return connectivity and offsets of the cells (m, k), which all have k points."""
+    """Return connectivity (m k,) and offsets (m + 1,) of cells (m, k), all with k points."""
     return cells.ravel(), cells.shape[1] * np.arange(len(cells) + 1)
 
 
 def write_dataset(path: str | os.PathLike, kind: str, data: Dataset) -> None:
-    """Write a VTK XML file of `kind` (PolyData, ImageData, UnstructuredGrid): one piece, packed by zlib.
+    """Write a VTK XML file of `kind` PolyData, ImageData or UnstructuredGrid, one piece packed by zlib.
 
-    The same data give the same bytes. Raises CraftmeshError where the file cannot be written.
+    The same data give the same bytes. Raises CraftmeshError if the file cannot be written.
     """
     head = {"type": kind, "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64"}
     root = Element("VTKFile", head, compressor="vtkZLibDataCompressor")
@@ -84,11 +85,11 @@ def write_dataset(path: str | os.PathLike, kind: str, data: Dataset) -> None:
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.write(tostring(root).removesuffix(b"</VTKFile>") + b'<AppendedData encoding="raw">_')
         stream.writelines(packed)
-        stream.write(b"\n</AppendedData></VTKFile>\n")  # meshio wants lines
+        stream.write(b"\n</AppendedData></VTKFile>\n")  # meshio needs these line ends
 
 
 def _add_section(above: Element, name: str, arrays: Arrays, packed: list[bytes]) -> None:
-    """Add the heads of arrays (k,) or (k, c), and what they hold, in blocks, to what is appended."""
+    """Add a section with headers of the arrays (k,) or (k, c) to `above`, and their bytes to `packed`."""
     section = SubElement(above, name)
     for key, values in arrays.items():
         place = {"format": "appended", "offset": str(sum(map(len, packed)))}
@@ -105,8 +106,8 @@ def _add_section(above: Element, name: str, arrays: Arrays, packed: list[bytes])
 def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:
     """Read a VTK XML file of one piece, `kind` PolyData, ImageData, RectilinearGrid or UnstructuredGrid.
 
-    Raises CraftmeshError if it is missing, broken or of another kind, where counts, extents and data do not
-    fit together, for cells of points that there are not, and for points that are not finite.
+    Raises CraftmeshError if the file is missing, damaged or of another kind, if counts, extents and data
+    contradict each other, if cells refer to missing points, and if points are not finite.
     """
     existing_file(path, "run the stage that writes it or give another path")
     build = {"ImageData": _image, "RectilinearGrid": _planes, "PolyData": _poly, "UnstructuredGrid": _grid}
@@ -114,7 +115,9 @@ def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:
         with enough_memory(path):
             dataset = build[kind](VtkFile(path, kind))
     except (ValueError, LookupError, TypeError, ArithmeticError, SyntaxError) as error:
-        raise CraftmeshError(f"{path}: not a whole VTK XML {kind} file ({error}); write it again") from None
+        raise CraftmeshError(
+            f"{path}: is no intact VTK XML {kind} file ({error}); write it again"
+        ) from None
     as_array(f"{path}: points", dataset.points, float, (None, 3))
     return dataset
 
@@ -177,7 +180,7 @@ def _points(file: VtkFile) -> np.ndarray:
 
 
 def _cells(arrays: Mapping[str, np.ndarray], count: int, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return cells whose offsets rise within the connectivity, and whose points there are."""
+    """Return connectivity and offsets of `count` cells on `points` points; raises ValueError if invalid."""
     offsets = np.concatenate([[0], arrays["offsets"].astype(np.int64)])
     connectivity = arrays["connectivity"].astype(np.int64)[: max(offsets[-1], 0)]
     if len(offsets) != count + 1 or (np.diff(offsets) < 0).any() or len(connectivity) != offsets[-1]:
@@ -194,7 +197,7 @@ def _data(file: VtkFile, points: int, cells: int) -> tuple[Arrays, Arrays, Array
 def named_array(
     path: str | os.PathLike, arrays: Mapping[str, np.ndarray], names: Sequence[str], where: str
 ) -> np.ndarray:
-    """Return the first array of `names` there is among `arrays`; CraftmeshError names what is missing."""
+    """Return the first of `names` in `arrays`; raises CraftmeshError if none is. where: for the error."""
     for name in names:
         if name in arrays:
             return arrays[name]

@@ -1,6 +1,6 @@
-"""The arrays of a VTK XML file: text, base64 or raw, inline or appended, packed or not.
+"""The arrays of a VTK XML file: text, base64 or raw, inline or appended, compressed or not.
 
-VTK's own readers take memory for whatever a head declares, and end the process where a count is false.
+VTK's own readers are not used: they allocate any size that a header declares, and crash at a wrong count.
 Source: "VTK XML Formats" in the documentation of VTK.
 """
 
@@ -25,15 +25,16 @@ _METHODS = {
     "vtkLZMADataCompressor": "lzma",
     "vtkLZ4DataCompressor": "lz4",
 }
-_RATIOS = {"": 1, "deflate": DEFLATE, "lzma": None, "lz4": 255}  # lz4: a length grows by 255 with each byte
+# Largest unpacked over packed size by method, None: unlimited.
+_RATIOS = {"": 1, "deflate": DEFLATE, "lzma": None, "lz4": 255}
 _APPENDED = b"<AppendedData"
 
 
 class VtkFile:
-    """A VTK XML file: `piece`, the element with its arrays, and the arrays, each read when asked for.
+    """A VTK XML file, open for reading: `whole` and `piece`, XML elements, and `arrays`.
 
-    Raises ValueError and its like where the file is not as the format has it, and CraftmeshError for sizes
-    that it cannot hold.
+    Raises ValueError, LookupError and the like if the file breaks the format, and CraftmeshError for arrays
+    larger than the file can contain.
     """
 
     def __init__(self, path: str | os.PathLike, kind: str):
@@ -60,9 +61,9 @@ class VtkFile:
             self._appended = memoryview(content)[content.find(b"_", tag_end) + 1 :]
 
     def arrays(self, section: str, count: int | None = None) -> dict[str, np.ndarray]:
-        """Return the arrays (count,) or (count, c) of numbers in a section of the piece, by name.
+        """Return the arrays (count,) or (count, c) of numbers in a section, such as CellData, by name.
 
-        Without `count` each has the length that it names, or that of its data.
+        If `count` is None, each array has the length in its header, or that of its data.
         """
         above = self.whole if section == "FieldData" else self.piece
         elements = [element for part in above.findall(section) for element in part]
@@ -85,7 +86,7 @@ class VtkFile:
         return values.reshape(-1, width) if width > 1 else values
 
     def _bytes(self, element: Element) -> bytes | memoryview:
-        """Return the bytes of an array that is base64 or raw."""
+        """Return the decoded bytes of an array that is stored as base64 or raw."""
         if element.get("format") == "appended":
             source = self._appended[int(element.attrib["offset"]) :]
             is_raw = self._is_raw
@@ -100,7 +101,10 @@ class VtkFile:
         return _taken(source, self._word.itemsize + size, is_raw)[self._word.itemsize :]
 
     def _unpacked(self, source: memoryview, is_raw: bool) -> bytes:
-        """Return the joined blocks; their head: how many, how long, the last's length, packed lengths."""
+        """Return the unpacked bytes of all blocks.
+
+        Their header has the number of blocks, a block's size, the last one's, and their packed sizes.
+        """
         count = int(np.frombuffer(_taken(source, self._word.itemsize, is_raw), self._word, 1)[0])
         if not count:
             return b""
@@ -116,12 +120,12 @@ class VtkFile:
 
 
 def _stored(size: int, is_raw: bool) -> int:
-    """Return how many characters hold `size` bytes."""
+    """Return the number of stored characters for `size` bytes, raw or as base64."""
     return size if is_raw else 4 * math.ceil(size / 3)
 
 
 def _taken(source: memoryview, size: int, is_raw: bool) -> bytes | memoryview:
-    """Return the first `size` bytes; ValueError where there are fewer."""
+    """Return the first `size` decoded bytes; raises ValueError if there are fewer."""
     stored = source[: _stored(size, is_raw)]
     part = stored if is_raw else base64.b64decode(stored, validate=True)[:size]
     if len(part) < size:

@@ -1,4 +1,4 @@
-"""YAML as users write it: faults in one line, and a key that is given twice is one of them."""
+"""Reading of users' YAML with one-line errors, also for duplicate keys."""
 
 import codecs
 import json
@@ -9,25 +9,25 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError, existing_file
 
-_OTHERWISE = re.compile(r"[-+]?(0[0-9_]|[0-9_]+:)")  # 0012, which is 10, and 12:30, which is 750
+_OTHERWISE = re.compile(r"[-+]?(0[0-9_]|[0-9_]+:)")  # YAML 1.1 reads 0012 as 10 and 12:30 as 750
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_yaml(path: Path) -> Any:
-    """Return what a file in YAML or JSON holds; raises CraftmeshError that names the file and the lines."""
+    """Return the content of a YAML or JSON file; raises CraftmeshError that names the file and lines."""
     try:
-        content = existing_file(path, "expected YAML").read_bytes()
+        content = existing_file(path, "give a YAML file").read_bytes()
         if content.startswith(_WIDE):
             raise ValueError("is UTF-16")
         return parse_yaml(content.decode("utf-8-sig"), str(path))
     except OSError as error:
         raise CraftmeshError(f"{path}: cannot be read ({error.strerror}); expected YAML") from None
     except ValueError as error:
-        raise CraftmeshError(f"{path}: {error}; expected YAML in UTF-8: save it anew") from None
+        raise CraftmeshError(f"{path}: {error}; save it as YAML in UTF-8") from None
 
 
 def parse_yaml(text: str, place: str) -> Any:
-    """Return what a text in YAML or JSON holds; raises CraftmeshError, beginning with `place`."""
+    """Return the content of a text in YAML or JSON; raises CraftmeshError, beginning with `place`."""
     import yaml
 
     if "\t" in text and _is_json(text):
@@ -44,7 +44,7 @@ def parse_yaml(text: str, place: str) -> Any:
         advice = "; indent with spaces, not with tabs" if "'\\t'" in line else ""
         raise CraftmeshError(f"{place}: {line}; expected YAML{advice}") from None
     except RecursionError:
-        raise CraftmeshError(f"{place}: an anchor holds itself; expected YAML that ends") from None
+        raise CraftmeshError(f"{place}: an anchor contains itself; write its values out") from None
     finally:
         loader.dispose()
 
@@ -58,9 +58,9 @@ def _is_json(text: str) -> bool:
 
 
 def _faults(node: Any, path: str = "", above: frozenset = frozenset()) -> Iterator[str]:
-    """Yield what is wrong with a tree: keys given twice, and numbers that YAML 1.1 reads in other bases.
+    """Yield a message for each duplicate key, and each number that YAML 1.1 reads in another base.
 
-    Raises RecursionError for a tree that holds itself.
+    path: key of `node`; above: ids of the nodes above it. Raises RecursionError if a node contains itself.
     """
     import yaml
 
@@ -71,8 +71,8 @@ def _faults(node: Any, path: str = "", above: frozenset = frozenset()) -> Iterat
         is_number = not node.style and node.tag.endswith((":int", ":float"))
         if is_number and _OTHERWISE.match(node.value):
             yield (
-                f"line {_line(node)}: {node.value} is to YAML an octal or sexagesimal number; "
-                "write it as a decimal, or put a name in quotes"
+                f"line {_line(node)}: YAML reads {node.value} as an octal or sexagesimal number; "
+                "write a decimal number, or put text in quotes"
             )
     elif isinstance(node, yaml.SequenceNode):
         for number, item in enumerate(node.value):
@@ -83,7 +83,7 @@ def _faults(node: Any, path: str = "", above: frozenset = frozenset()) -> Iterat
             inner = f"{path}.{key.value}" if path else str(key.value)
             yield from _faults(key, inner, above)
             if inner in lines:
-                yield f"key {inner} is there twice, on lines {lines[inner]} and {_line(key)}; keep one"
+                yield f"duplicate key {inner} on lines {lines[inner]} and {_line(key)}; keep one"
             lines[inner] = _line(key)
             yield from _faults(value, inner, above)
 

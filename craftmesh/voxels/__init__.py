@@ -1,8 +1,8 @@
-"""Labelled volumes as they are read and cleaned, and the orientations of their grains.
+"""Reading, cleaning and generation of labelled volumes, with the orientations of their grains.
 
-In comes a file of any format (`reading`), out come `Voxels` whose labels are grains, voids and the outside
-(`clean`), and what was changed, in words. `background` decides what label 0 is, `remapping` and
-`file_orientations` make grains' ids and orientations of the file's. `voxel_graph` finds connected pieces,
-`islands` what one grain encloses, `smoothing` evens boundaries. `generate` and `foam` make volumes.
-`options` has the user's numbers.
+`reading` reads a file of any format. `clean` returns `Voxels` whose labels are grains, voids and the
+outside, and a report of all changes. `background` finds the meaning of label 0; `remapping` and
+`file_orientations` convert the file's ids and orientations to those of grains. `voxel_graph` finds
+connected components, `islands` finds bodies enclosed by one grain, and `smoothing` smooths boundaries.
+`generate` and `foam` make synthetic volumes. `options` has the user's options.
 """

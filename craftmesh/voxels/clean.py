@@ -1,7 +1,7 @@
-"""Cleaning of a labelled volume: afterwards every voxel is of a grain, of an enclosed void, or outside.
+"""Cleaning of a labelled volume: afterwards each voxel belongs to a grain, an enclosed void or the outside.
 
-The order: unindexed voxels are filled, empty ones numbered as voids, islands of few voxels absorbed, grain
-boundaries smoothed, grains in several pieces split.
+The steps: fill unindexed voxels, number empty ones as voids, absorb islands of few voxels, smooth grain
+boundaries, split grains in several pieces.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ from craftmesh.voxels.voxel_graph import (
 )
 
 _SMALLEST_LISTED = 10
-# Roughness over which the report names smoothing_rounds. Measured: generated grains 0.01, on voxels of
+# Roughness above which the report recommends smoothing. Measured: generated grains 0.01, on voxels of
 # 1 x 1 x 2 to 2 x 1 x 5 at most 0.04, laths of four voxels 0.05; one voxel in ten shuffled 0.06, two 0.10;
 # measured aluminium (LabDCT) 0.10, steel 0.02.
 ROUGH = 0.06
@@ -37,11 +37,11 @@ def clean(
     options: CleanOptions = CleanOptions(),  # noqa: B008
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Voxels, dict]:
-    """Return voxels of which none is unindexed, and the report: counts, and every change in words.
+    """Return the cleaned voxels, none of them unindexed, and a report: counts, and each change in words.
 
-    Grain ids stay; pieces that are split off get new ones and their grain's orientation. Raises
-    CraftmeshError for unindexed voxels that are not to be filled, where no grain is left, and for one grain
-    alone unless that is allowed.
+    Grain ids stay; pieces that are split off get new ids and their grain's orientation. Raises
+    CraftmeshError if there are unindexed voxels but fill_unindexed is not set, if no grain is left, and if
+    only one is left but allow_single_grain is not set.
     """
     raw = volume if isinstance(volume, RawVolume) else as_raw(volume)
     total = raw.voxels.labels.size
@@ -62,7 +62,7 @@ def clean(
     report |= smoothing
     if smoothed := report["smoothed_voxels"]:
         changes.append(
-            f"smoothing_rounds gave {counted(smoothed, total)} to another grain; 0 rounds change none"
+            f"smoothing_rounds moved {counted(smoothed, total)} to another grain; 0 rounds move none"
         )
         pieces = find_pieces(labels)
     progress(0.8, "pieces of grains")
@@ -75,7 +75,7 @@ def clean(
         voxels = counted(int((labels >= min(parents)).sum()), total)
         changes.append(
             f"split_pieces made {len(parents)} pieces of {len(set(parents.values()))} grains, {voxels}, "
-            f"grains of their own: {min(parents)} to {max(parents)}"
+            f"new grains: {min(parents)} to {max(parents)}"
         )
     notes = [*raw.notes, *_rough(report["roughness"], pieces, options)]
     report |= _census(labels, raw, parents) | {"changes": changes, "notes": notes}
@@ -83,56 +83,56 @@ def clean(
 
 
 def _rough(roughness: float, pieces: Pieces, options: CleanOptions) -> list[str]:
-    """Return the advice to smooth rough boundaries; those of grains in small pieces are meant to be so."""
+    """Return the advice to smooth, if boundaries are rough and no grain is mostly specks; else []."""
     if roughness <= ROUGH or options.smoothing_rounds or (dispersed(pieces, SPECK) > 0).any():
         return []
     return [
-        f"grain boundaries are rough: {100 * roughness:.0f}% of their area is steps and specks, expected "
-        f"at most {100 * ROUGH:.0f}%; smoothing_rounds 2 takes them away and keeps the grains' volumes"
+        f"grain boundaries are rough: steps and specks are {100 * roughness:.0f}% of their area, expected "
+        f"at most {100 * ROUGH:.0f}%; smoothing_rounds 2 removes them and keeps the grains' volumes"
     ]
 
 
 def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict, list[str]]:
-    """Return labels of which none is unindexed, voids numbered, counts of filled voxels, and sentences."""
+    """Return labels with unindexed voxels filled and voids numbered, counts for the report, sentences."""
     unindexed = int(raw.unindexed.sum())
     if unindexed and not options.fill_unindexed:
         raise CraftmeshError(
-            f"{counted(unindexed, raw.unindexed.size)} have no grain: set fill_unindexed to give them to "
-            "the grains around them, or background to void if they are empty space, grain if they are one"
+            f"{counted(unindexed, raw.unindexed.size)} have no grain; set fill_unindexed to give them to "
+            "the grains around them, or background to void if they are empty, to grain if they are a grain"
         )
     labels, filled = fill_unindexed(raw.voxels.labels, raw.unindexed)
     changes, left = [], unindexed - filled
     if filled:
         changes = [
-            f"{counted(filled, labels.size)} without a grain went to the grains around them "
+            f"{counted(filled, labels.size)} without a grain were given to the grains around them "
             "(fill_unindexed); background void keeps them empty"
         ]
     if left:
         changes.append(
-            f"{counted(left, labels.size)} without a grain are left empty: no grain reaches them"
+            f"{counted(left, labels.size)} without a grain stay empty: no grain is connected to them"
         )
     return number_voids(labels), {"filled_voxels": filled, "unindexed_voxels_left_empty": left}, changes
 
 
 def _voids(before: np.ndarray, after: np.ndarray) -> list[str]:
-    """Return what labels (nx, ny, nz) <= 0 have become: enclosed voids, or the outside."""
+    """Return a sentence on the voids and the outside in labels `after` numbering voids, [] if none."""
     ids, voxels = np.unique(after[after <= 0], return_counts=True)
     if not len(ids):
         return []
     outside, enclosed = int(voxels[ids == 0].sum()), ids[ids < 0]
     note = f"{counted(int(voxels.sum()), after.size)} are empty: {len(enclosed)} enclosed voids"
-    note += f", and {counted(outside, after.size)} open to the box's faces, outside" if outside else ""
+    note += f", and {counted(outside, after.size)} outside, connected to the box's faces" if outside else ""
     gone = np.setdiff1d(before[before < 0], enclosed)
     if len(gone):
-        note += f"; voids {listed((-gone[::-1]).tolist())} touch another or the outside and are part of it"
+        note += f"; voids {listed((-gone[::-1]).tolist())} touch another void or the outside and join it"
     return [f"{note} (background, void_labels)"]
 
 
 def fill_unindexed(labels: np.ndarray, unindexed: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the labels with unindexed voxels given to the grains around them, and how many were.
+    """Return labels with unindexed voxels given to the grains around them, and the number of voxels given.
 
-    Ring by ring: each voxel takes the grain that most of its six neighbours have, of equals the lowest id.
-    Voxels that no grain reaches stay 0.
+    unindexed: mask (nx, ny, nz). Layer by layer, each voxel gets the most frequent grain of its six
+    neighbours, of equals the lowest id. Voxels that no grain reaches stay 0.
     """
     padded = np.pad(np.where(unindexed, 0, labels), 1)
     strides = np.array(padded.strides) // padded.itemsize
@@ -153,10 +153,10 @@ def fill_unindexed(labels: np.ndarray, unindexed: np.ndarray) -> tuple[np.ndarra
 
 
 def number_voids(labels: np.ndarray) -> np.ndarray:
-    """Return the labels with empty voxels (<= 0) as 0 where connected to the box's faces, else as voids.
+    """Return labels in which empty voxels (<= 0) connected to the box's faces are 0, and others voids < 0.
 
-    An enclosed connected piece is one void: -k of the declared void k with most of its voxels, else the
-    next free number in scan order.
+    An enclosed connected piece is one void, with the label -k of the declared void k that has most of its
+    voxels, else with the next free number in scan order.
     """
     empty, count = ndimage.label(labels <= 0)
     ids = np.zeros(count + 1, np.int64)
@@ -180,9 +180,9 @@ def number_voids(labels: np.ndarray) -> np.ndarray:
 
 
 def split_pieces(pieces: Pieces, largest_id: int) -> tuple[np.ndarray, dict[int, int]]:
-    """Return labels in which every piece of a grain is a grain, and new id -> the grain it came from.
+    """Return labels in which every piece of a grain is a grain, and a map new id -> id of its old grain.
 
-    The largest piece keeps the id; the others are numbered after `largest_id`, by grain and falling size.
+    The largest piece keeps the id; the others are numbered after `largest_id`, by grain, the larger first.
     """
     label = pieces.label.copy()
     parents: dict[int, int] = {}
@@ -193,14 +193,15 @@ def split_pieces(pieces: Pieces, largest_id: int) -> tuple[np.ndarray, dict[int,
             parents[new_id] = int(pieces.label[piece])
             label[piece] = new_id
     if parents and max(parents) >= np.iinfo(np.int32).max:
-        raise CraftmeshError(f"split pieces reach id {max(parents)}; expected int32, renumber the grains")
+        raise CraftmeshError(f"split pieces reach id {max(parents)}, beyond int32; renumber the grains")
     return label[pieces.of].astype(np.int32), parents
 
 
 def _absorption(pieces: Pieces, new_label: np.ndarray, options: CleanOptions) -> tuple[dict, list[str]]:
-    """Return counts of what pieces of few voxels have joined, and a sentence; new_label (p,): theirs then.
+    """Return counts of absorbed pieces for the report, and a sentence on them in a list.
 
-    Refuses an absorption that leaves one label of several, unless that is allowed.
+    new_label (p,): label of each piece after absorption. Raises CraftmeshError if only one label is left,
+    unless allow_single_grain is set.
     """
     changed, gone = new_label != pieces.label, np.setdiff1d(pieces.label, new_label)
     counts = {
@@ -213,19 +214,19 @@ def _absorption(pieces: Pieces, new_label: np.ndarray, options: CleanOptions) ->
         return counts, []
     if len(set(new_label.tolist())) == 1 and not options.allow_single_grain:
         raise CraftmeshError(
-            f"min_island_voxels {options.min_island_voxels} leaves grain {new_label[0]} alone, nothing of "
+            f"min_island_voxels {options.min_island_voxels} leaves only grain {new_label[0]} and absorbs "
             f"{_emptied(pieces, new_label)}; lower it, or set allow_single_grain"
         )
     voxels = counted(counts["absorbed_voxels"], int(pieces.voxels.sum()))
     told = (
         f"min_island_voxels {options.min_island_voxels} gave {counts['absorbed_pieces']} pieces, {voxels}, "
-        "to what they touch most"
+        "to the neighbours that they touch most"
     )
-    return counts, [told + (f"; nothing is left of {_emptied(pieces, new_label)}" if len(gone) else "")]
+    return counts, [told + (f"; completely absorbed: {_emptied(pieces, new_label)}" if len(gone) else "")]
 
 
 def _emptied(pieces: Pieces, new_label: np.ndarray) -> str:
-    """Return which labels absorption has emptied, the largest first, and which absorbed them."""
+    """Return in words which labels are completely absorbed, the largest first, and by which labels."""
     gone = np.setdiff1d(pieces.label, new_label)
     of = {int(label): np.flatnonzero(pieces.label == label) for label in gone}
     order = sorted(of, key=lambda label: (-int(pieces.voxels[of[label]].sum()), label))
@@ -245,16 +246,16 @@ def _named(label: int) -> str:
 def _check_grains(labels: np.ndarray, options: CleanOptions) -> None:
     low, high = int(labels.min()), int(labels.max())
     if high <= 0:
-        raise CraftmeshError("the volume has no grain; check the dataset, background and void_labels")
+        raise CraftmeshError("the volume has no grain; check dataset, background and void_labels")
     if low == high and not options.allow_single_grain:
         raise CraftmeshError(
-            f"the whole volume is grain {high}, there is no boundary to mesh; "
-            "check the dataset, or set allow_single_grain"
+            f"the whole volume is grain {high}, so there is no grain boundary; "
+            "check dataset, or set allow_single_grain"
         )
 
 
 def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) -> Voxels:
-    """Return voxels with new labels; grains split off take the rows of their parents."""
+    """Return voxels with new labels; new ids get orientation and phase of their old ones, `parents`."""
     tables = []
     for table, unknown in ((voxels.orientations, np.nan), (voxels.phases, 0)):
         if table is not None:
@@ -270,7 +271,7 @@ def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) ->
 
 
 def _census(labels: np.ndarray, raw: RawVolume, parents: dict[int, int]) -> dict:
-    """Return counts of what is there now, and file id -> the labels it has become, none where absorbed."""
+    """Return counts of cleaned labels, and `remap`: id in the file -> its labels, none if absorbed."""
     ids, count = np.unique(labels, return_counts=True)
     voxels = dict(zip(ids.tolist(), count.tolist()))
     grains = sorted((n, k) for k, n in voxels.items() if k > 0)

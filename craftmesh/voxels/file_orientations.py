@@ -1,4 +1,4 @@
-"""Orientations by grain from what files hold: quaternions, Rodrigues vectors, matrices or Euler angles."""
+"""Orientations of grains from a file's quaternions, Rodrigues vectors, matrices or Euler angles."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -28,7 +28,8 @@ from craftmesh.mechanics.orientation import (
     rodrigues_to_quaternion,
 )
 
-# Kocks' and Roe's angles as Bunge's: R. Quey, orilib; U. F. Kocks et al., Texture and Anisotropy (1998), 2.
+# Numbers per row and conversion to quaternions. Kocks' and Roe's angles become Bunge's by R. Quey, orilib,
+# and U. F. Kocks et al., Texture and Anisotropy (1998), chapter 2.
 _TO_QUATERNIONS: dict[str, tuple[int, Callable[[np.ndarray], np.ndarray]]] = {
     QUATERNIONS: (4, normalized),
     RODRIGUES: (3, rodrigues_to_quaternion),
@@ -37,13 +38,14 @@ _TO_QUATERNIONS: dict[str, tuple[int, Callable[[np.ndarray], np.ndarray]]] = {
     KOCKS: (3, lambda rows: bunge_to_quaternion(rows * [1, 1, -1] + [np.pi / 2, 0, np.pi / 2])),
     ROE: (3, lambda rows: bunge_to_quaternion(rows + [np.pi / 2, 0, -np.pi / 2])),
 }
-_MIXED_UP = 1.0  # degrees between two tables of one file; float32 angles agree within 0.1
-_MIXED_ANGLES = 15.0  # degrees of spread within a grain above which an average says little
+_MIXED_UP = 1.0  # degrees, largest difference of two tables of a file; float32 angles agree within 0.1
+_MIXED_ANGLES = 15.0  # degrees, spread within a grain above which its mean is questionable
 
-_TURN = 2 * np.pi * (1 + 1e-4)  # float32 and files of four decimals round 2 pi up
-# Of random rotations one in a million has all three angles under 2 pi degrees; of sharp textures few have.
+_TURN = 2 * np.pi * (1 + 1e-4)  # 2 pi with a margin, as float32 and files of four decimals round it up
+# Largest fraction of rows in degrees with all three angles under 2 pi. Of random rotations it is one in a
+# million, of sharp textures few.
 _SMALL_SHARE = 0.01
-_UNINDEXED = 4 * np.pi  # all three angles of a point that OIM did not index
+_UNINDEXED = 4 * np.pi  # value of all three angles of a point that OIM did not index
 
 
 def orientation_table(
@@ -53,11 +55,11 @@ def orientation_table(
     is_grain: np.ndarray,
     unit: str = "",
 ) -> tuple[np.ndarray | None, tuple[str, ...]]:
-    """Return quaternions (g, 4), row = label, NaN unknown, and notes; None where the file has none.
+    """Return quaternions (g, 4), row = label, NaN if unknown, and notes; None if the file has none.
 
-    given: FileVolume.orientations; those of voxels become the means over the voxels of each of the labels
-    (nx, ny, nz), where is_grain; unit: of Euler angles, as the user says, "" for what the file says. Raises
-    CraftmeshError for arrays of another shape, and for several that do not agree.
+    given: FileVolume.orientations; arrays of voxels are averaged over each of the file's labels (nx, ny,
+    nz) in the mask `is_grain`; unit: the user's unit of Euler angles, "" to use the file's. Raises
+    CraftmeshError for arrays of another shape, and for several that contradict each other.
     """
     tables: dict[str, np.ndarray] = {}
     notes: tuple[str, ...] = ()
@@ -70,7 +72,7 @@ def orientation_table(
             notes += ("orientations are means over each grain's voxels",)
             if spread > _MIXED_ANGLES:
                 notes += (
-                    f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",
+                    f"orientations differ by up to {spread:.0f} degrees within a grain: check the means",
                 )
         else:
             notes += _fit(path, name, len(quaternions), np.unique(labels[is_grain]))
@@ -84,42 +86,48 @@ def orientation_table(
 def quaternions_of_voxels(
     path: str | os.PathLike, given: Mapping[str, Rotations], unit: str = ""
 ) -> np.ndarray:
-    """Return the quaternions (nx, ny, nz, 4) of voxels; arguments as of `orientation_table`.
+    """Return the quaternions (nx, ny, nz, 4) of voxels; given, unit: as in `orientation_table`.
 
-    Raises CraftmeshError for a file without.
+    Raises CraftmeshError if the file has no orientations of voxels.
     """
     for name, rotations in given.items():
         if rotations.values.ndim == 4:
             shape = rotations.values.shape[:3]
             return _quaternions(path, name, rotations, unit, shape)[0].reshape(*shape, 4)
     raise CraftmeshError(
-        f"{path}: has no orientations of voxels, only {', '.join(given) or 'none'}; leave out "
-        "voxel_orientations, or give a file with them"
+        f"{path}: has no orientations of voxels (found: {', '.join(given) or 'none'}); leave out "
+        "voxel_orientations, or give another file"
     )
 
 
 def _fit(path: str | os.PathLike, name: str, rows: int, ids: np.ndarray) -> tuple[str, ...]:
-    """Return a note on a table with more rows than its ids (k,) need; refuses one that counts them."""
+    """Return a note if a table has more rows than its ids (k,) need, row = id.
+
+    Raises CraftmeshError if the table has one row per id that occurs, and not row = id.
+    """
     largest = int(ids.max(initial=0))
     if rows == len(ids) <= largest:
         raise CraftmeshError(
-            f"{path}: {name} has {rows} rows for {rows} ids up to {largest}; expected row = id from 0 on, "
-            "fill rows of ids that are not there with NaN"
+            f"{path}: {name} has {rows} rows for {rows} ids up to {largest}; write row = id from 0 on, "
+            "with NaN in rows of ids that do not occur"
         )
     if rows <= largest + 1:
         return ()
-    return (f"{name} has {rows} rows, ids reach {largest}: those beyond are unread",)
+    return (f"{name} has {rows} rows, but ids reach {largest}: rows beyond are not used",)
 
 
 def _quaternions(
     path: str | os.PathLike, name: str, rotations: Rotations, unit: str, shape: tuple
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return quaternions (n, 4) of one array, by id or by voxel, and notes on the unit of its angles."""
+    """Return quaternions (n, 4) of one array, by id or by voxel, and notes on its unit.
+
+    name: the array's; unit: as in `orientation_table`; shape: numbers of voxels along x, y, z.
+    """
     width, convert = _TO_QUATERNIONS[rotations.kind]
     values = as_numbers(f"{path}: {name}", rotations.values)
     if values.shape[-1:] != (width,) or not (values.ndim == 2 or values.shape[:-1] == shape):
         raise CraftmeshError(
-            f"{path}: {name} has shape {values.shape}; expected one row of {width} numbers per grain id"
+            f"{path}: {name} has shape {values.shape}; expected {width} numbers per grain id or voxel"
         )
     rows = np.where(np.isfinite(values), values, np.nan).reshape(-1, width)
     notes: tuple[str, ...] = ()
@@ -131,10 +139,10 @@ def _quaternions(
 def _in_radians(
     path: str | os.PathLike, name: str, angles: np.ndarray, unit: str
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return Euler angles (n, 3) in radians, NaN where not indexed, and notes on how their unit was told.
+    """Return Euler angles (n, 3) in radians, NaN if not indexed, and notes on their unit.
 
-    unit: DEGREES or RADIANS as the user, the file or its format says, or "": told by the range. Raises
-    CraftmeshError for angles that are neither, a mixture of both, or beyond two turns in their unit.
+    unit: DEGREES or RADIANS as the user, file or format states; "": found from the range of the angles.
+    Raises CraftmeshError if the range does not show the unit, or exceeds two turns in the stated unit.
     """
     angles = np.where((np.abs(angles - _UNINDEXED) < 1e-3).all(axis=1, keepdims=True), np.nan, angles)
     size = np.abs(angles[np.isfinite(angles).all(axis=1)])
@@ -143,24 +151,24 @@ def _in_radians(
     by_range = _unit_by_range(size)
     if unit and largest > 2 * (_TURN if unit == RADIANS else np.degrees(_TURN)):
         raise CraftmeshError(
-            f"{path}: {name} reach {largest:.4g} and are said to be {unit}; give angles as what they are"
+            f"{path}: {name} reach {largest:.4g}, too much for {unit}; set angles to their true unit"
         )
     if not (unit or by_range):
         small, tops = (size <= _TURN).all(axis=1).sum(), [f"{top:.4g}" for top in size.max(axis=0)]
         raise CraftmeshError(
-            f"{path}: {name} reach {', '.join(tops)}, and {small} of {len(size)} rows stay under 2 pi; "
-            "expected all in radians or all in degrees: make them one, or give angles as radians or degrees"
+            f"{path}: {name} reach {', '.join(tops)}, but {small} of {len(size)} rows are below 2 pi, so "
+            "their unit is unclear; convert all to one unit, or set angles to radians or degrees"
         )
     notes: tuple[str, ...] = ()
     if not unit and by_range == DEGREES:
-        notes = (f"{name} reach {largest:.4g} and are taken as degrees; angles: radians says otherwise",)
+        notes = (f"{name} reach {largest:.4g}, so they are read as degrees; if not, set angles: radians",)
     if unit == DEGREES and by_range == RADIANS and len(size):
-        notes = (f"{name} are taken as degrees, yet none exceeds 2 pi; angles: radians says otherwise",)
+        notes = (f"{name} are read as degrees, but none exceeds 2 pi; if wrong, set angles: radians",)
     return (np.radians(angles) if (unit or by_range) == DEGREES else angles), notes
 
 
 def _unit_by_range(size: np.ndarray) -> str:
-    """Return the unit of absolute angles (n, 3), none of whose rows is 0; "" where it cannot be told."""
+    """Return the unit of absolute angles (n, 3), rows not all 0, from their range; "" if it is unclear."""
     is_small = (size <= _TURN).all(axis=1)
     if is_small.all():
         return RADIANS
@@ -180,5 +188,5 @@ def _refuse_disagreement(path: str | os.PathLike, tables: Mapping[str, np.ndarra
             worst = int(angles.argmax())
             raise CraftmeshError(
                 f"{path}: {first} and {name} differ by {angles[worst]:.1f} degrees for grain "
-                f"{known[worst]}; expected one rotation from crystal to sample axes: leave one of them out"
+                f"{known[worst]}; both should be the rotation from crystal to sample axes: remove one"
             )

@@ -1,4 +1,4 @@
-"""Open-cell foams: struts along the edges at which the cells of a tessellation, its pores, meet."""
+"""Open-cell foams: struts along the edges of a tessellation, whose cells are the pores."""
 
 from collections.abc import Sequence
 
@@ -13,20 +13,20 @@ _AROUND = np.ones((3, 3, 3), bool)
 def struts(
     pores: np.ndarray, spacing: Sequence[float], density: float, growth: float, shape: float, cut: str = ""
 ) -> np.ndarray:
-    """Return (nx, ny, nz) bool: the material of a foam whose pores are the cells (nx, ny, nz) int.
+    """Return a mask (nx, ny, nz) of the material of a foam whose pores are the cells (nx, ny, nz) int.
 
-    With the distances b, e, q of a voxel from the nearest boundary, edge and node of the cells, it is
-    material where e <= t, and where e q < growth t^2 and e b < shape t^2; t, the radius of struts
-    between nodes, is chosen for the relative density. Struts thicken within growth t of a node, along the
-    cells' boundaries as webs where shape is small, all round where it is large. The largest connected
-    piece is kept, hollows within it are filled. Struts that end at a box face across an axis named in
-    `cut` are cut off. Raises CraftmeshError for pores without edges and struts under three voxels thick.
-    Source: Tucker, Spear, Integr. Mater. Manuf. Innov. 8 (2019), there with t = 1 voxel.
+    With distances b, e, q of a voxel from the nearest boundary, edge and node of the cells, it is material
+    if e <= t, or if e q < growth t^2 and e b < shape t^2. The strut radius t between nodes follows from the
+    relative density. Struts thicken within growth t of a node: as webs along the cells' boundaries if
+    `shape` is small, on all sides if it is large. Only the largest connected piece is kept, and hollows in
+    it are filled. Struts that end at a box face normal to an axis in `cut` are removed. Raises
+    CraftmeshError for pores without edges, and for struts under three voxels thick. Source: Tucker, Spear,
+    Integr. Mater. Manuf. Innov. 8 (2019), there with t = 1 voxel.
     """
     foreign = _foreign_cells(pores)
     if foreign.max() < 2:
-        raise CraftmeshError("pores meet along no edge, where struts would be; expected more pores")
-    # of voxels from the nearest boundary, edge and node of the cells; far, but finite, where there is none
+        raise CraftmeshError("pores meet along no edge, so there are no struts; set more pores")
+    # distances of voxels from the nearest boundary, edge and node of the cells; 1e30 if there is none
     boundary, edge, node = (
         ndimage.distance_transform_edt(foreign < least, sampling=spacing).astype(np.float32)
         if (foreign >= least).any()
@@ -39,8 +39,8 @@ def struts(
     radius = np.quantile(least, density, method="inverted_cdf")
     if radius < max(spacing):
         raise CraftmeshError(
-            f"relative_density is {density:g}; its struts are under three voxels thick; expected at least "
-            f"{(least <= max(spacing)).mean():.3f}, or fewer pores, or more voxels (shape)"
+            f"relative_density {density:g} makes struts under three voxels thick; set it to at least "
+            f"{(least <= max(spacing)).mean():.3f}, or set fewer pores, or more voxels (shape)"
         )
     material = least <= radius
     if cut:
@@ -49,13 +49,13 @@ def struts(
 
 
 def largest_piece(material: np.ndarray) -> np.ndarray:
-    """Return (nx, ny, nz) bool: the voxels of the largest piece of those that faces connect."""
+    """Return a mask (nx, ny, nz) of the largest face-connected component of the mask `material`."""
     pieces, count = ndimage.label(material)
     return pieces == np.bincount(pieces.ravel())[1:].argmax() + 1 if count else material
 
 
 def _foreign_cells(cells: np.ndarray) -> np.ndarray:
-    """Return (nx, ny, nz) int8: how many other cells are among those of a voxel's face neighbours."""
+    """Return the number (nx, ny, nz) int8 of other cells among a voxel's six face neighbours."""
     padded = np.pad(cells, 1, mode="edge")
     count = np.zeros(cells.shape, np.int8)
     seen = [cells]
@@ -70,7 +70,10 @@ def _foreign_cells(cells: np.ndarray) -> np.ndarray:
 def _loose_ends(
     foreign: np.ndarray, is_off_nodes: np.ndarray, spacing: Sequence[float], axes: str
 ) -> np.ndarray:
-    """Return (nx, ny, nz) bool: voxels off nodes whose nearest edge ends at a box face across `axes`."""
+    """Return a mask (nx, ny, nz) of voxels whose nearest edge ends at a box face normal to one of `axes`.
+
+    foreign: from `_foreign_cells`; is_off_nodes: mask of the voxels that may be in the result.
+    """
     is_edge = foreign >= 2
     edges, count = ndimage.label(is_edge & ~ndimage.binary_dilation(foreign >= 3, _AROUND), _AROUND)
     ends = np.zeros(count + 1, bool)

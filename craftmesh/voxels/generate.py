@@ -1,4 +1,4 @@
-"""Synthetic polycrystals: Voronoi or Laguerre grains, laths, foams, voids, embedded grains, noise."""
+"""Synthetic polycrystals: Voronoi or Laguerre grains, laths, foams, voids, embedded grains, and noise."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -14,17 +14,17 @@ from craftmesh.voxels.clean import number_voids
 from craftmesh.voxels.foam import largest_piece, struts
 from craftmesh.voxels.options import SMALLEST_RADIUS, GenerateOptions
 
-RAGGED_LENGTH = 1.5  # voxels along which boundaries stray alike: steps, not a gentle bend
-_CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
-_TRIALS = 2000  # random centres per void before it is given up
+RAGGED_LENGTH = 1.5  # voxels, correlation length of ragged boundaries; short, so that they have steps
+_CLEARANCE = 2.0  # voxels, smallest distance of a void from the box, other voids and embedded grains
+_TRIALS = 2000  # random centres tried for a void before an error
 
 
 def stray_offsets(
     shape: tuple[int, int, int], spacing: np.ndarray, amount: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return offsets (nx, ny, nz, 3) of the places where cells are asked for, in model units.
+    """Return random offsets (nx, ny, nz, 3), in model units, of the points at which voxels get their cell.
 
-    Their root mean square is `amount` voxels along each axis; they are alike over about 1.5 voxels.
+    amount: root mean square along each axis, in voxels. The correlation length is RAGGED_LENGTH voxels.
     """
     offsets = np.empty((*shape, 3))
     for axis in range(3):
@@ -34,10 +34,10 @@ def stray_offsets(
 
 
 def shuffle_boundaries(labels: np.ndarray, share: float, rounds: int, rng: np.random.Generator) -> None:
-    """Give boundary voxels of `labels` (nx, ny, nz) the grain of a face neighbour, in place.
+    """Change boundary voxels of `labels` (nx, ny, nz) to the grain of a face neighbour, in place.
 
-    In each round, every grain voxel looks at one of its six neighbours, chosen at random, and takes its
-    grain with probability `share`. Voids and the outside stay and spread nowhere.
+    In each round, every grain voxel selects one of its six neighbours at random, and gets its grain with
+    probability `share`. Voids and the outside do not change.
     """
     for _ in range(rounds):
         padded = np.pad(labels, 1)
@@ -52,14 +52,14 @@ def shuffle_boundaries(labels: np.ndarray, share: float, rounds: int, rng: np.ra
 
 
 def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray | None = None) -> Voxels:  # noqa: B008
-    """Return a polycrystal: grains 1..n, then embedded grains, then both of each pair; voids -1, -2, ...
+    """Return a polycrystal: grains 1..n, then embedded grains, then the two of each pair; voids -1, -2, ...
 
-    spheres (v, 4): more voids, x, y, z, r in model units. Orientations are uniform; phase 1 throughout.
-    The same options give the same voxels. Shuffled voxels and foams may leave grains in pieces, and tiny
-    grains without a voxel: `clean` such volumes. Of a foam, and where voids may cross, the largest
-    connected piece is kept; voids open to the air are 0. Raises CraftmeshError for options out of range,
-    where no room is left for a void or an embedded grain, and where a foam's struts are under three
-    voxels thick.
+    spheres (v, 4): further voids, x, y, z, r in model units. Orientations are random and uniform; all have
+    phase 1. The same options give the same voxels. Shuffling and foams may leave grains in pieces, and
+    small grains without voxels; use `clean` on such volumes. Of a foam, and if voids may cross, only the
+    largest connected piece is kept; voids open to the outside are 0. Raises CraftmeshError for options out
+    of range, if there is no space for a void or embedded grain, and if foam struts are under three voxels
+    thick.
     """
     rng_cells, rng_embedded, rng_voids, rng_orientations, rng_ragged, rng_shuffled, rng_pores = (
         np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(7)
@@ -79,7 +79,7 @@ def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray |
 
 
 def _window(centre: np.ndarray, radius: float, options: GenerateOptions) -> tuple[tuple, np.ndarray]:
-    """Return slices that hold a ball, and the offsets (.., .., .., 3) of their voxels from its centre."""
+    """Return slices of the voxels around a ball, and the offsets (a, b, c, 3) of these from its centre."""
     size = np.array(options.shape)
     low = np.clip(np.floor((centre - radius) / options.spacing).astype(int), 0, size)
     high = np.clip(np.ceil((centre + radius) / options.spacing).astype(int) + 1, 0, size)
@@ -94,10 +94,10 @@ def _grid(axes: list[np.ndarray]) -> np.ndarray:
 def _cells(
     options: GenerateOptions, rng: np.random.Generator, rng_ragged: np.random.Generator
 ) -> np.ndarray:
-    """Return labels 1..grains of the cells of a power diagram of random seeds, ragged where asked for.
+    """Return labels 1..grains (nx, ny, nz), cells of a power diagram of random seeds, ragged if requested.
 
-    The power distance |x - s|^2 - w is the distance to the seed lifted by sqrt(max w - w) along a fourth
-    axis. Source: Aurenhammer, SIAM J. Comput. 16 (1987).
+    The cell of smallest power distance |x - s|^2 - w is found as the seed nearest to x, each seed being
+    lifted by sqrt(max w - w) along a fourth axis. Source: Aurenhammer, SIAM J. Comput. 16 (1987).
     """
     size = np.array(options.shape) * options.spacing
     stretch = np.ones(3)
@@ -124,7 +124,10 @@ def _cells(
 
 
 def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
-    """Return the distance of each voxel's centre from the nearest voxel of another grain or off the box."""
+    """Return distances (nx, ny, nz) of voxels' centres from that of the nearest voxel on a grain boundary.
+
+    Voxels at a box face are on a boundary; distances are in units of `spacing`, 0 on a boundary.
+    """
     padded, beside = np.pad(labels, 1), ndimage.generate_binary_structure(3, 1)
     is_inner = ndimage.minimum_filter(padded, footprint=beside) == padded
     is_inner &= ndimage.maximum_filter(padded, footprint=beside) == padded
@@ -132,7 +135,7 @@ def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
 
 
 def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
-    """Put balls into the grains with most room, whole ones first, then those cut into two grains."""
+    """Put balls into the grains with most space: single grains first, then balls halved into two grains."""
     wanted = options.embedded_grains + options.embedded_pairs
     if not wanted:
         return
@@ -144,7 +147,7 @@ def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generato
     needed = SMALLEST_RADIUS * max(options.spacing)
     if len(hosts) < wanted or room[hosts[-1]] * options.embedded_fraction < needed:
         raise CraftmeshError(
-            f"{wanted} embedded bodies do not fit; give fewer, fewer grains, or more voxels (shape)"
+            f"{wanted} embedded bodies do not fit; set fewer of them, fewer grains, or more voxels (shape)"
         )
     deepest = [np.argwhere((labels == host) & (depth == room[host]))[0] for host in hosts]
     for turn, (host, at) in enumerate(zip(hosts, deepest)):
@@ -160,7 +163,7 @@ def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generato
 
 
 def _foam(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
-    """Return (nx, ny, nz) bool: the struts between pores that are compact cells of their own."""
+    """Return a mask (nx, ny, nz) of foam struts; pores are equiaxed cells, independent of the grains."""
     cells = dataclasses.replace(
         options,
         grains=options.pores,
@@ -176,7 +179,10 @@ def _foam(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
 def _put_voids(
     labels: np.ndarray, options: GenerateOptions, spheres: np.ndarray, rng: np.random.Generator
 ) -> None:
-    """Carve the voids drawn, then those given; what they part from the largest piece is air."""
+    """Carve random voids, then the given spheres (v, 4); in place.
+
+    Material that crossing voids separate from the largest piece becomes outside.
+    """
     radii = np.full(options.voids, options.void_radius)
     if options.void_radius_max:
         radii = rng.uniform(options.void_radius, options.void_radius_max, options.voids)
@@ -194,7 +200,10 @@ def _put_voids(
 
 
 def _carve(labels: np.ndarray, balls: np.ndarray, options: GenerateOptions, first: int) -> None:
-    """Make voids first, first + 1, ... of balls (v, 4), centre off the origin and radius."""
+    """Change grain voxels in balls (v, 4) to voids `first`, first + 1, ..., in place.
+
+    A ball is its centre relative to options.origin, and its radius.
+    """
     for void, (*centre, radius) in enumerate(balls, start=first):
         window, offset = _window(np.array(centre), radius, options)
         ball = ((offset**2).sum(axis=-1) <= radius**2) & (labels[window] > 0)
@@ -204,7 +213,7 @@ def _carve(labels: np.ndarray, balls: np.ndarray, options: GenerateOptions, firs
 def _carve_apart(
     labels: np.ndarray, radii: np.ndarray, options: GenerateOptions, rng: np.random.Generator
 ) -> None:
-    """Carve balls off the box and the air, off one another and off embedded grains."""
+    """Carve balls of `radii` at random centres, _CLEARANCE from box, outside, voids and embedded grains."""
     spacing = np.array(options.spacing)
     for void, radius in enumerate(radii, start=1):
         margin = radius + _CLEARANCE * spacing
@@ -219,5 +228,5 @@ def _carve_apart(
                 break
         else:
             raise CraftmeshError(
-                f"no room for void {void} of {options.voids}; give fewer voids or a smaller void_radius"
+                f"no space for void {void} of {options.voids}; set fewer voids or a smaller void_radius"
             )

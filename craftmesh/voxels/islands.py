@@ -1,8 +1,8 @@
-"""Voids and embedded grains: what is wholly enclosed by one grain, found from the voxels.
+"""Islands: voids and grains that one grain encloses completely, found from the voxels.
 
-The mesher fills a grain's surface with tetrahedra, also where another grain or a void lies inside, unless
-it is told a point of each such place. Source: the gradation paper, section 2.6. Enclosure is
-found by topology, so clusters of touching grains and islands within islands are found too.
+The mesher needs a point inside each island; otherwise it fills the island with tetrahedra of the enclosing
+grain. Source: the gradation paper, section 2.6. Enclosure is found from the topology, so clusters of
+touching grains and islands inside islands are found too.
 """
 
 from collections.abc import Iterator
@@ -19,11 +19,11 @@ from craftmesh.voxels.voxel_graph import Pieces, find_pieces, shared_faces
 
 @dataclass(frozen=True)
 class Island(Frozen):
-    """One place enclosed by the grain `host`, and the pieces of voxels in it that only the host encloses.
+    """One region enclosed by the grain `host`, made of k pieces (connected components) of voxels.
 
-    host: grain id. members: label of each piece, > 0 a grain, -k the void k; several where they touch one
-    another. seeds (k, 3): a point inside each piece, in model coordinates. voxels: number in each piece.
-    Pieces that lie inside a member are islands of that member.
+    host: grain id. members: label of each piece, > 0 a grain, -k the void k; there are several if they
+    touch each other. seeds (k, 3): a point inside each piece, in model coordinates. voxels: number in each
+    piece. Pieces enclosed by a member are not listed here; they are islands of that member.
     """
 
     host: int
@@ -39,21 +39,20 @@ class Island(Frozen):
 
     @property
     def kind(self) -> str:
-        """VOID where every member is one, else GRAIN."""
+        """VOID if all members are voids, else GRAIN."""
         return VOID if max(self.members) < 0 else GRAIN
 
     @property
     def seed(self) -> np.ndarray:
-        """(3,) a point inside the island: the seed of its largest member, the first of equals."""
+        """A point (3,) inside the island: the seed of its largest member, the first of equals."""
         return self.seeds[int(np.argmax(self.voxels))]
 
 
 def find_islands(voxels: Voxels) -> tuple[Island, ...]:
     """Return the islands of a cleaned volume, ordered by host, then in scan order.
 
-    A piece is enclosed by a host when every way from it to the outside of the box, from voxel face to voxel
-    face, leads through one and the same piece of the host. Seeds are where the distance to the piece's
-    boundary is largest.
+    A piece is enclosed by a host if every path across voxel faces from it to the outside of the box goes
+    through the same piece of the host. A seed is the point farthest from its piece's boundary.
     """
     pieces = find_pieces(voxels.labels)
     enclosures = [(int(pieces.label[host]), members) for host, members in _enclosures(pieces)]
@@ -93,9 +92,9 @@ def islands_as_json(islands: tuple[Island, ...]) -> dict:
 
 
 def islands_from_json(content: dict, place: str) -> tuple[Island, ...]:
-    """Return the islands that `islands_as_json` wrote; raises CraftmeshError that names what is wrong.
+    """Return islands from the content that `islands_as_json` made; raises CraftmeshError if it is wrong.
 
-    place: the file, for that message.
+    place: the file, for the error message.
     """
     found = []
     try:
@@ -103,21 +102,21 @@ def islands_from_json(content: dict, place: str) -> tuple[Island, ...]:
             members = entry["members"]
             seeds = np.array([member["seed"] for member in members], float)
             if seeds.shape != (len(members), 3) or not members or not np.isfinite(seeds).all():
-                raise ValueError(f"of host {entry['host']} without a seed x, y, z for each member")
+                raise ValueError(f"host {entry['host']} lacks a seed x, y, z for some member")
             seeds.flags.writeable = False
             labels, voxels = (tuple(int(one[key]) for one in members) for key in ("label", "voxels"))
             found.append(Island(int(entry["host"]), labels, seeds, voxels))
         return tuple(found)
     except (KeyError, TypeError, ValueError) as error:
         fault = f"no entry {error}" if isinstance(error, KeyError) else str(error)
-        raise CraftmeshError(f"{place}: {fault}; expected the islands .json of craftmesh import") from None
+        raise CraftmeshError(f"{place}: {fault}; give the islands .json of `craftmesh import`") from None
 
 
 def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:
-    """Yield (host piece, enclosed pieces) for each place that one piece cuts off from the outside.
+    """Yield (host piece, enclosed pieces) for each region that one piece separates from the outside.
 
-    Such places are the biconnected parts of the graph of pieces that share faces. Every way from the
-    outside into one leads through its host, which so is nearer to the outside than the others.
+    Such regions are the biconnected components of the graph of pieces that share faces. All paths from the
+    outside into a component go through its host, so the host is its piece nearest to the outside.
     """
     from networkx import Graph, biconnected_components, single_source_shortest_path_length
 
@@ -133,10 +132,11 @@ def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:
 
 
 def _seed(of: np.ndarray, piece: int, window: tuple, voxels: Voxels) -> np.ndarray:
-    """Return the point of a piece farthest from its boundary; of several, the one amid them if it is one.
+    """Return the point (3,) of a piece farthest from its boundary, in model coordinates.
 
-    The middle of tied voxels is taken where its own voxel is tied too: the centre of a 2 x 2 x 2 void is
-    safer than the centre of one of its voxels.
+    of: piece of each voxel; window: slices around the piece. If several voxels are equally far, the point
+    is their mean if that lies in one of them, else the centre of the voxel nearest to the mean. The centre
+    of a 2 x 2 x 2 void is safer than the centre of one of its voxels.
     """
     inside = np.pad(of[window] == piece, 1)
     distance = scipy.ndimage.distance_transform_edt(inside, sampling=voxels.spacing)

@@ -1,18 +1,19 @@
-"""Where a first crack can begin in a body of voxels: at the root of its deepest notch, else on a face."""
+"""The place of a first crack in a body of voxels: the root of its deepest notch, else on a face."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-# Axes of the crack's normal and of the way into the body: of equal places the first is taken.
+# Axes of the crack's normal and of the direction into the body, in order of preference.
 _AXES = ((2, 1), (2, 0), (1, 0), (1, 2), (0, 1), (0, 2))
 
 
 class Mouth(NamedTuple):
-    """A place (3,) on the body, in voxels, and what fits there.
+    """The mouth of a first crack: `place` (3,), a point of the body's surface in voxels.
 
-    face: of the body's bounding box, through which the crack comes, as "y = min"; normal: axis of the
-    crack's normal; radius: of the crack; notch: depth of the notch, 0 for none. Lengths are in model units.
+    face: face of the body's bounding box from which the crack enters, such as "y = min"; normal: axis of
+    the crack's normal, 0 to 2; radius: of the crack; notch: depth of the notch, 0 if none. Radius and notch
+    are in model units.
     """
 
     place: np.ndarray
@@ -23,12 +24,12 @@ class Mouth(NamedTuple):
 
 
 def find_mouth(body: np.ndarray, spacing: np.ndarray, radius: float, least: float) -> Mouth:
-    """Return where a crack up to `radius` begins in a body (nx, ny, nz) that fills its bounding box.
+    """Return the mouth of a crack of at most `radius` in a body, a mask (nx, ny, nz) of its bounding box.
 
-    Lines of voxels go in from each face. A line's notch is how much farther the body is there than on both
-    sides, along the crack's normal; less than `least` is roughness. The radius is at most half the
-    material ahead, and the distance to the faces beside. The largest product of this radius and of notch
-    plus `radius` is taken, in the middle of equal ones.
+    On each line of voxels into the box, the body begins at some depth. Its excess over the depth on both
+    sides, along the crack's normal, is the notch; below `least` it is roughness and counts as 0. A crack's
+    radius is at most half the material ahead, and the distance to the box faces beside the line. The line
+    with the largest (crack radius) x (notch + `radius`) is chosen, the middle one of equals.
     """
     best, found = 0.0, None
     for normal, inward in _AXES:
@@ -54,18 +55,21 @@ def find_mouth(body: np.ndarray, spacing: np.ndarray, radius: float, least: floa
             place[inward] = len(lines) - away[at] if upper else away[at]
             face = f"{'xyz'[inward]} = {'max' if upper else 'min'}"
             found = Mouth(place, face, normal, float(fits[at]), float(notch[at]))
-    assert found is not None  # a body has voxels
+    assert found is not None  # a body has at least one voxel
     return found
 
 
 def _to_ends(count: int, edge: float) -> np.ndarray:
-    """Return the distances (count,) of voxels' centres from the nearer end of their row."""
+    """Return distances (count,) of voxel centres, `edge` apart, from the nearer end of their row."""
     at = np.arange(count) + 0.5
     return np.minimum(at, count - at) * edge
 
 
 def _middle(chosen: np.ndarray) -> tuple[tuple[int, int], np.ndarray]:
-    """Return the chosen cell (i, j) at the mean of all, and that mean, else the nearest and its middle."""
+    """Return a chosen cell (i, j) and a point in it, from a mask `chosen` (n, m) of cells.
+
+    They are the mean of all chosen cells and its cell, if that is chosen; else the nearest chosen cell.
+    """
     middles = np.argwhere(chosen) + 0.5
     mean = middles.mean(axis=0)
     at = mean.astype(int)

@@ -1,4 +1,4 @@
-"""Reading of labelled microstructures: one door for every format."""
+"""Reading of labelled microstructures in any format."""
 
 import os
 from dataclasses import dataclass
@@ -37,45 +37,43 @@ FORMATS = (AUTO, *SUFFIXES)
 
 @dataclass(frozen=True)
 class ReadOptions(Options):
-    """How a microstructure file is to be understood."""
+    """How a microstructure file is read."""
 
-    format: str = option(AUTO, "format of the file; auto: by its name and contents", choices=FORMATS)
+    format: str = option(AUTO, "format of the file; auto: by its name and content", choices=FORMATS)
     dataset: str = option(
-        "", "array with the grain ids: entry, cell array or HDF5 path; empty: the usual one"
+        "", "array of the grain ids: entry name, cell array or HDF5 path; empty: the format's usual name"
     )
     spacing: tuple[float, float, float] | None = option(
-        None, "voxel spacing along x, y, z in place of the file's", "model units", above=0
+        None, "voxel spacing along x, y, z instead of the file's", "model units", above=0
     )
     origin: tuple[float, float, float] | None = option(
-        None, "lower corner of the volume in place of the file's", "model units"
+        None, "lower corner of the volume instead of the file's", "model units"
     )
     axes: str = option(
         "", "axis order of a .npy or .npz array", choices=("", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx")
     )
     background: str = option(
         AUTO,
-        "what the background value means; auto: what the format says, else what the file shows",
+        "meaning of background_value; auto: as the format defines it, else found from the volume",
         choices=(AUTO, UNINDEXED, VOID, GRAIN),
     )
-    background_value: int = option(0, "label that is the background")
-    void_labels: tuple[int, ...] = option((), "labels that are voids: v becomes the void v, label -v")
-    table: str = option(
-        "", "HDF5 array, or group of arrays, with the grains' orientations and phases, where several fit"
-    )
+    background_value: int = option(0, "label of the background")
+    void_labels: tuple[int, ...] = option((), "labels of voids: v becomes void v, with the label -v")
+    table: str = option("", "HDF5 array or group with the grains' orientations and phases, if several fit")
     angles: str = option(
         AUTO,
-        "unit of the file's Euler angles; auto: by its words and their range",
+        "unit of the file's Euler angles; auto: as the file states, else from their range",
         choices=(AUTO, DEGREES, RADIANS),
     )
     ignore_unknown_orientations: bool = option(
-        False, "accept grains without an orientation in a file that has orientations"
+        False, "accept grains without an orientation, if others in the file have one"
     )
     voxel_orientations: bool = option(
-        False, "keep the orientations of voxels beside the grains' means, for inp.orientations"
+        False, "keep the orientations of voxels in addition to the grains' means, for inp.orientations"
     )
 
 
-@np.errstate(all="ignore")  # what is no number, its check refuses
+@np.errstate(all="ignore")  # checks below reject values that are not numbers
 def read_voxels(
     path: str | os.PathLike,
     options: ReadOptions = ReadOptions(),  # noqa: B008
@@ -83,12 +81,11 @@ def read_voxels(
 ) -> RawVolume:
     """Read a labelled volume in one of FORMATS; a TIFF stack is a file or a folder.
 
-    Ids in the file are kept as grain ids; only where 0 is a grain every id goes up by 1 (in `remap` and
-    `notes`). fills: whether unindexed voxels are expected, which makes 0 unindexed where the format does
-    not say what it is; else the file shows it (`background_shown`). Raises CraftmeshError for what cannot
-    be read or meshed: missing files or datasets, fewer than two voxels along an axis, ids that are no
-    integers or over int32, undeclared negative ids, spacing <= 0, and a label 0 that may be empty or a
-    grain.
+    Ids in the file are kept as grain ids; only if 0 is a grain, every id increases by 1 (see `remap` and
+    `notes`). fills: whether the user sets fill_unindexed; then 0 is unindexed if the format does not define
+    it, else `background_shown` finds its meaning. Raises CraftmeshError for files that cannot be read or
+    meshed: missing files or datasets, fewer than two voxels along an axis, ids that are not integers or
+    exceed int32, undeclared negative ids, spacing <= 0, and an ambiguous label 0.
     """
     path = existing(Path(path))
     with enough_memory(path):
@@ -131,10 +128,11 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
 def read_marked(
     path: str | os.PathLike, label: int | None, grid: Voxels | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
-    """Return which voxels (nx, ny, nz) of a file have a label, None: any but 0, spacing, origin and notes.
+    """Return a mask (nx, ny, nz) of a file's voxels with a label, their spacing and origin, and notes.
 
-    The formats are those of read_voxels; a .npy has its axes in the order x, y, z. Beside a `grid`, they
-    lie as `place_beside` says. Raises CraftmeshError as both do, and for a label that no voxel has.
+    label: None for any label except 0; grid: volume of the model, to which `place_beside` fits the voxels.
+    The formats are those of `read_voxels`; a .npy has axes x, y, z. Raises CraftmeshError as these
+    functions do, and if no voxel has the label.
     """
     path = existing(Path(path))
     with enough_memory(path):
@@ -142,7 +140,7 @@ def read_marked(
     marked = content.labels != 0 if label is None else content.labels == label
     if not marked.any():
         raise CraftmeshError(
-            f"{path}: no voxel has the label {label or 'other than 0'}; expected the crack's"
+            f"{path}: no voxel has a label {label or 'other than 0'}; set label to the crack's"
         )
     known = ReadOptions()
     if grid is None:
@@ -156,7 +154,7 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
     kind = format_of(path) if options.format == AUTO else options.format
     if path.is_dir() and kind != "tiff":
         raise CraftmeshError(
-            f"{path}: is a folder; expected a {kind} file, or format tiff for a folder of slices"
+            f"{path}: is a folder; give a {kind} file, or set format to tiff for a folder of slices"
         )
     plain = {"tiff": read_tiff, "tesr": read_tesr, "metaimage": read_metaimage, "nrrd": read_nrrd}
     if kind in plain:
@@ -167,7 +165,10 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
         return read_npy(path, options.axes)
     if kind == "vti":
         return read_vti(path, options.dataset)
-    from craftmesh.io.hdf5_volumes import read_dream3d, read_labdct  # h5py takes long to import
+    from craftmesh.io.hdf5_volumes import (
+        read_dream3d,
+        read_labdct,
+    )  # here because the import of h5py is slow
 
     if kind == "dream3d":
         return read_dream3d(path, options.dataset, options.table)
@@ -178,13 +179,13 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
     spacing = content.spacing if options.spacing is None else options.spacing
     if spacing is None:
         raise CraftmeshError(
-            f"{path}: the format has no voxel spacing; give spacing as three lengths, --spacing DX DY DZ"
+            f"{path}: has no voxel spacing; set spacing to three lengths, --spacing DX DY DZ"
         )
     spacing = as_array(f"{path}: spacing", spacing, float, (3,))
-    if not (spacing**3 > np.finfo(float).tiny).all():  # volumes of grains have to be numbers too
+    if not (spacing**3 > np.finfo(float).tiny).all():  # voxel volumes must not underflow
         raise CraftmeshError(
             f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0, "
-            "in a unit in which volumes are numbers"
+            "not so small that volumes underflow"
         )
     return spacing
 
@@ -192,14 +193,14 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
 def _meaning(
     content: FileVolume, labels: np.ndarray, options: ReadOptions, fills: bool
 ) -> tuple[Meaning, tuple[str, ...]]:
-    """Return what the labels (nx, ny, nz) mean, and a note where neither format nor options say it of 0."""
+    """Return the meaning of labels (nx, ny, nz), and a note if that of 0 was found from the volume."""
     notes: tuple[str, ...] = ()
     background = options.background
     if background == AUTO:
         background = content.zero if options.background_value == 0 else UNINDEXED
     if background == UNSAID:
         ids = set(np.unique(labels).tolist()) - set(options.void_labels)
-        has_zero = 0 in ids and min(ids) == 0  # ids below 0 are refused first
+        has_zero = 0 in ids and min(ids) == 0  # negative ids are reported first
         tables = [rotations.values for rotations in content.orientations.values()]
         tables += [] if content.phases is None else [content.phases[..., None]]
         tables = [table for table in tables if table.dtype.kind in "iuf" and table.ndim in (2, 4)]

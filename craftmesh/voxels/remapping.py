@@ -1,4 +1,4 @@
-"""From the labels of a file to grains, voids and background: the volume as read, and tables by label."""
+"""Conversion of a file's labels to grains, voids and background, and of its tables by label."""
 
 import os
 from dataclasses import dataclass, field
@@ -14,12 +14,12 @@ _LARGEST = np.iinfo(np.int32).max
 
 @dataclass(frozen=True)
 class RawVolume:
-    """Voxels plus what only their file knows.
+    """A volume as read, before cleaning.
 
-    voxels: labels > 0 grains, -k the declared void k, 0 background. unindexed (nx, ny, nz) bool: voxels of
-    material whose grain is not known, their label is 0. remap: label in the file -> label in `voxels`, for
-    every label that occurs, sorted. notes: sentences for the report. background: what label 0 is taken for
-    where its file does not say it, else empty.
+    voxels: labels > 0 grains, -k the declared void k, 0 background. unindexed: mask (nx, ny, nz) of voxels
+    of material whose grain is unknown; their label is 0. remap: label in the file -> label in `voxels`, for
+    every label that occurs, sorted. notes: sentences for the report. background: meaning of label 0 if it
+    was found from the volume, else "".
     """
 
     voxels: Voxels
@@ -31,22 +31,23 @@ class RawVolume:
     def __post_init__(self) -> None:
         if self.unindexed.shape != self.voxels.labels.shape or self.unindexed.dtype != bool:
             raise CraftmeshError(
-                f"RawVolume.unindexed is {self.unindexed.dtype} {self.unindexed.shape}; "
+                f"RawVolume.unindexed is an array {self.unindexed.dtype} {self.unindexed.shape}; "
                 f"expected bool {self.voxels.labels.shape}"
             )
 
 
 def as_raw(voxels: Voxels) -> RawVolume:
-    """Return voxels that are all indexed as a RawVolume, their labels kept."""
+    """Return voxels, all indexed, as a RawVolume with unchanged labels."""
     labels = np.unique(voxels.labels).tolist()
     return RawVolume(voxels, np.zeros(voxels.labels.shape, bool), dict(zip(labels, labels)))
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the labels of a file mean: the background's value is UNINDEXED, VOID or GRAIN.
+    """The meaning of a file's labels.
 
-    A label of void_labels is the void of that number, and so is -k the void k with negative_voids.
+    background: UNINDEXED, VOID or GRAIN, the meaning of the label background_value. void_labels: labels v
+    that are the void v. negative_voids: whether each label -k is the void k.
     """
 
     background: str
@@ -57,59 +58,59 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Renaming:
-    """remap: label in the file -> grain > 0, void < 0 or 0; unindexed: labels without a grain; notes."""
+    """New labels. remap: label in the file -> grain > 0, void < 0 or 0; unindexed: labels without grain."""
 
     remap: dict[int, int]
     unindexed: tuple[int, ...]
     notes: tuple[str, ...]
 
     def renamed(self, labels: np.ndarray) -> np.ndarray:
-        """Return the labels (nx, ny, nz) by their new names, int32."""
+        """Return the new labels (nx, ny, nz) int32 of voxels with the file's `labels` (nx, ny, nz)."""
         old = np.array(sorted(self.remap), np.int64)
         new = np.array([self.remap[label] for label in old.tolist()], np.int32)
         return new[np.searchsorted(old, labels)]
 
 
 def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
-    """Return the labels (nx, ny, nz) as int64; refuses empty or flat volumes and ids that are no int32."""
+    """Return labels (nx, ny, nz) as int64; raises CraftmeshError for flat volumes and invalid ids."""
     shape = " x ".join(map(str, labels.shape))
     if labels.size == 0:
         raise CraftmeshError(
-            f"{path}: the volume is empty ({shape} voxels); expected at least 2 along each axis"
+            f"{path}: the volume is empty ({shape} voxels); give at least 2 along each axis"
         )
     if min(labels.shape) < 2:
         raise CraftmeshError(
-            f"{path}: the volume has {shape} voxels; expected at least 2 along each axis, "
+            f"{path}: the volume has {shape} voxels; give at least 2 along each axis, because "
             "a slice one voxel thick cannot be meshed"
         )
     if labels.dtype.kind == "f":
         wrong = ~(labels == np.round(labels))
         if wrong.any():
             raise CraftmeshError(
-                f"{path}: label {labels[wrong][0]} is not an integer; expected grain ids, "
+                f"{path}: label {labels[wrong][0]} is not an integer grain id; "
                 "segment an image of grey values first"
             )
     elif labels.dtype.kind not in "iub":
-        raise CraftmeshError(f"{path}: labels are of type {labels.dtype}; expected integers")
+        raise CraftmeshError(f"{path}: labels have the type {labels.dtype}; save them as integers")
     low, high = labels.min().item(), labels.max().item()
     if high >= _LARGEST or low < -_LARGEST:
         raise CraftmeshError(
-            f"{path}: labels run from {low} to {high}; expected ids below {_LARGEST} (int32), "
-            "renumber them: numpy.unique with return_inverse"
+            f"{path}: labels range from {low} to {high}, but the limit is {_LARGEST} (int32); "
+            "renumber them by numpy.unique with return_inverse"
         )
     if labels.dtype.kind == "f" and max(high, -low) >= (exact := 2 ** (np.finfo(labels.dtype).nmant + 1)):
         raise CraftmeshError(
-            f"{path}: labels run from {low:.0f} to {high:.0f} as {labels.dtype}, which rounds ids from "
-            f"{exact} on, so that grains merge; export them as integers"
+            f"{path}: labels range from {low:.0f} to {high:.0f} as {labels.dtype}, which rounds ids above "
+            f"{exact}, so that grains merge; export them as integers"
         )
     return labels.astype(np.int64)
 
 
 def refuse_scattered(path: str | os.PathLike, name: str, labels: np.ndarray) -> None:
-    """Refuse labels (nx, ny, nz) of an array `name` that most neighbouring voxels do not share.
+    """Raise CraftmeshError if most neighbouring voxels differ in their labels (nx, ny, nz).
 
-    Such are numbers of voxels and grey values; grains are several voxels across. Voxels of 0 do not count,
-    and up to two labels are phases.
+    Such labels are voxel numbers or grey values, because grains are several voxels wide. Voxels of label 0
+    do not count. One or two other labels are accepted as phases. name: the array's, for the error.
     """
     same, neighbours = 0, 0
     for axis in range(3):
@@ -123,23 +124,23 @@ def refuse_scattered(path: str | os.PathLike, name: str, labels: np.ndarray) -> 
         return
     array = f"array {name}" if name else "the volume"
     is_index = 2 * ids > np.count_nonzero(labels)
-    what = "numbers of voxels" if is_index else "grey values, or grains sampled too coarsely"
+    what = "voxel numbers" if is_index else "grey values, or grains sampled too coarsely"
     raise CraftmeshError(
-        f"{path}: {array} has {ids} labels in {labels.size} voxels, and {100 * same / neighbours:.2g} % of "
-        f"neighbours share theirs: these are {what}; expected grain ids, name their array by dataset or "
+        f"{path}: {array} has {ids} labels in {labels.size} voxels, but only {100 * same / neighbours:.2g} "
+        f"% of neighbours have the same label: these are {what}; set dataset to the array of grain ids, or "
         "segment the image first"
     )
 
 
 def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renaming:
-    """Return what the ids (k,) of a file, sorted, become: grains keep theirs, but none may be 0.
+    """Return the new labels of a file's sorted ids (k,): grains keep theirs, or get + 1 if 0 is a grain.
 
     Raises CraftmeshError for a void label that does not occur, and for negative ids that are not declared.
     """
     present = ids.tolist()
     absent = [v for v in meaning.void_labels if v not in present]
     if absent:
-        raise CraftmeshError(f"{path}: void label {absent[0]} does not occur; labels are {listed(present)}")
+        raise CraftmeshError(f"{path}: void label {absent[0]} does not occur; use one of {listed(present)}")
     value = meaning.background_value
     empty = set(meaning.void_labels) | ({value} if meaning.background != GRAIN else set())
     voids = set(meaning.void_labels) - {0, value}
@@ -150,27 +151,27 @@ def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renami
         are = f"label {negative[0]} is" if len(negative) == 1 else f"labels {listed(negative)} are"
         way = "unique with return_inverse" if {-v for v in negative} & {*grains} else "abs"
         raise CraftmeshError(
-            f"{path}: {are} negative; renumber grains, as ExaCA's nucleated ones, by numpy.{way}, declare "
-            "voids by void_labels, a background by background_value"
+            f"{path}: {are} negative; renumber grains (such as ExaCA's nucleated ones) by numpy.{way}, "
+            "declare voids by void_labels, or a background by background_value"
         )
     shift = 1 if 0 in grains else 0
     named = {v: v + shift for v in grains} | {v: -abs(v) - shift for v in voids}
     is_unindexed = meaning.background == UNINDEXED and value not in meaning.void_labels
-    notes = ("label 0 is a grain: every id is the file's id + 1",) if shift else ()
+    notes = ("label 0 is a grain, so every id is the file's id + 1",) if shift else ()
     return Renaming({v: named.get(v, 0) for v in present}, (value,) if is_unindexed else (), notes)
 
 
 def phases_by_voxels(
     path: str | os.PathLike, phases: np.ndarray, labels: np.ndarray, is_grain: np.ndarray
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the phase (g,) that most voxels of each label have, of equals the lowest, and notes.
+    """Return the most frequent phase (g,) of each label's voxels, of equals the lowest, and notes.
 
-    phases, labels, is_grain (nx, ny, nz); labels of no grain get 0. The note names grains of several phases
-    with the share of voxels that are of another. Raises CraftmeshError for another shape.
+    phases, labels, is_grain (nx, ny, nz); labels that are not grains get 0. A note lists grains of several
+    phases with the percentage of voxels in other phases. Raises CraftmeshError for different shapes.
     """
     if phases.shape != labels.shape:
         raise CraftmeshError(
-            f"{path}: phases has shape {phases.shape}; expected one number a voxel, {labels.shape}"
+            f"{path}: phases has shape {phases.shape}; expected one number per voxel, {labels.shape}"
         )
     ids, grain = np.unique(labels[is_grain], return_inverse=True)
     numbers, phase = np.unique(as_numbers(f"{path}: phases", phases)[is_grain], return_inverse=True)
@@ -183,15 +184,15 @@ def phases_by_voxels(
     if not mixed:
         return table, ()
     worst = listed(f"{ids[k]} ({100 * other[k]:.2g}%)" for k in mixed)
-    return table, (f"grains of several phases take that of most voxels; share of other phases: {worst}",)
+    return table, (f"grains of several phases get the most frequent one; percentage of others: {worst}",)
 
 
 def phase_table(
     path: str | os.PathLike, phases: np.ndarray | None, remap: dict[int, int]
 ) -> np.ndarray | None:
-    """Return a file's phases (g,) by its ids as int64; None where it has none.
+    """Return a file's phases (g,), row = id in the file, as int64; None if it has none.
 
-    Raises CraftmeshError for phases that are no whole numbers >= 0, and for grains without one.
+    Raises CraftmeshError for phases that are not integers >= 0, and for grains without a phase.
     """
     if phases is None:
         return None
@@ -202,22 +203,22 @@ def phase_table(
     lacking = grains[grains >= len(numbers)]
     if len(lacking):
         raise CraftmeshError(
-            f"{path}: no phase for grains {listed(lacking)}; expected one row per grain id, "
-            f"row 0 for id 0, found {len(numbers)}"
+            f"{path}: no phase for grains {listed(lacking)}, the table has {len(numbers)} rows; write one "
+            "row per grain id, row 0 for id 0"
         )
     is_phase = (numbers >= 0) & (numbers == np.round(numbers)) & (numbers < _LARGEST)
     wrong = grains[~is_phase[grains]]
     if len(wrong):
         raise CraftmeshError(
-            f"{path}: phase of grain {wrong[0]} is {numbers[wrong[0]]:g}; expected a whole number >= 0"
+            f"{path}: phase of grain {wrong[0]} is {numbers[wrong[0]]:g}; expected an integer >= 0"
         )
     return np.where(is_phase, numbers, 0).astype(np.int64)
 
 
 def by_grain(path: str | os.PathLike, table: np.ndarray | None, remap: dict[int, int]) -> np.ndarray | None:
-    """Return a table (g, ...) by the file's ids as one by grain; rows that lack are NaN or 0.
+    """Return a table (g, ...), row = id in the file, with row = grain; missing rows are NaN or 0.
 
-    Raises CraftmeshError where the ids of the grains are too large for a table.
+    Raises CraftmeshError if the ids of the grains are too large for a table.
     """
     if table is None:
         return None

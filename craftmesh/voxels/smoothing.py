@@ -1,9 +1,9 @@
-"""Curvature flow of grain boundaries in the voxels, volumes kept, and how rough boundaries are.
+"""Volume-preserving curvature flow of grain boundaries in the voxels, and the roughness of boundaries.
 
-Each round blurs the grains by a Gaussian and gives every voxel to the grain that has most of it there
-(Merriman, Bence and Osher 1994), with a price per grain that keeps its number of voxels (Jacobs, Merkurjev
-and Esedoglu, J. Comput. Phys. 354, 2018). Voxels change hands one after another, and none may split a
-grain, take its last voxel, or bring grains together that touch nowhere else.
+Each iteration blurs the grains with a Gaussian and gives every voxel to the grain with the largest weight
+there (Merriman, Bence and Osher 1994). A price per grain is added to the weight to keep the grain's volume
+(Jacobs, Merkurjev and Esedoglu, J. Comput. Phys. 354, 2018). Voxels are exchanged one by one. No exchange
+may split a grain, remove its last voxel, or connect grains that touch nowhere else.
 """
 
 from dataclasses import dataclass
@@ -14,32 +14,31 @@ from scipy import ndimage
 from craftmesh.voxels.kernels.exchange import REACH, contact_key, exchange
 from craftmesh.voxels.kernels.votes import MOST_GRAINS, choices, votes
 
-# Standard deviations at which the Gaussian is cut off: 4% of its weight lie beyond.
+# Radius of the Gaussian, in standard deviations; 4% of its weight are beyond.
 CUT_OFF = 2.5
-# Standard deviations from a boundary within which voxels may change hands in one round; further none would.
+# Distance from a boundary, in standard deviations, within which voxels are exchanged; none are farther.
 BAND = 1.5
-# A grain's number of voxels may end this part off, or one voxel.
+# Largest relative error of a grain's number of voxels after an iteration; one voxel is always allowed.
 VOLUME_TOLERANCE = 0.005
-# The same meanwhile; a grain of a few voxels may never be more than one off.
+# As VOLUME_TOLERANCE, during the first half of an iteration's passes.
 MOST_DRIFT = 0.1
-# Sweeps of exchange within a round, after each of which the prices follow the volumes.
+# Largest number of exchange passes in an iteration; prices are adjusted to the volumes after each.
 SWEEPS = 20
-# Of the price's change that a grain's missing voxels ask for, the part that is made: its neighbours' prices
-# change too.
+# Fraction of the price change that a grain's missing voxels require; less than 1, because the prices of its
+# neighbours change too.
 DAMPING = 0.5
-# Votes less apart count as voxels to be won by a small change of price; the most that a price may change.
+# Difference of weights below which a small price change exchanges a voxel; also the largest price change.
 WIDTH = 0.1
 
 
 def smooth_boundaries(labels: np.ndarray, spacing: np.ndarray, rounds: int) -> tuple[np.ndarray, dict]:
-    """Return labels (nx, ny, nz) with smoother grain boundaries, how rough they were, and what changed.
+    """Return labels (nx, ny, nz) with smoother grain boundaries after `rounds` iterations, and a report.
 
-    spacing (3,): of the voxels; distances are in its units. Voids and the outside stay as they are. No
-    grain disappears or splits, and no two grains, voids or box faces come to touch that touched nowhere
-    before. The report has `roughness`, the share of the grain boundaries' area (of voxel faces) that the
-    first round takes away, measured with no rounds too; `smoothed_voxels`; `smoothed_by_grain`, the voxels
-    that each grain lost and won, grains with none left out; and `smoothing_volume_change`, the largest
-    relative change of a grain's volume.
+    spacing (3,): of the voxels. Voids and the outside do not change. No grain disappears or splits, and no
+    two grains, voids or box faces touch that did not touch before. The report has `roughness`, the fraction
+    of the grain boundaries' area (of voxel faces) that the first iteration removes, also measured if
+    `rounds` is 0; `smoothed_voxels`, their number; `smoothed_by_grain`, the sum of voxels lost and gained
+    per changed grain; and `smoothing_volume_change`, the largest relative change of a grain's volume.
     """
     grid = _Grid.of(labels, spacing)
     flow = _Flow(grid)
@@ -63,15 +62,15 @@ def smooth_boundaries(labels: np.ndarray, spacing: np.ndarray, rounds: int) -> t
 
 @dataclass(frozen=True)
 class _Grid:
-    """The grains 0, 1, ... in a flat padded array; voids, the outside and the box faces are below -1."""
+    """A flat padded array of grain indices 0, 1, ...; each void, the outside and each box face is < -1."""
 
     padded: np.ndarray  # (n,) int32
-    shape: tuple[int, int, int]  # of it
-    rim: list[int]  # voxels padded on either side of x, y, z
+    shape: tuple[int, int, int]  # of the padded array
+    rim: list[int]  # voxels padded on each side along x, y, z
     ids: np.ndarray  # (g,) label of each grain
-    steps: np.ndarray  # (s,) to the places around one
-    weights: np.ndarray  # (s,)
-    band: tuple[int, ...]  # voxels along x, y, z around one that may change hands
+    steps: np.ndarray  # (s,) flat offsets of the voxels in the Gaussian's neighbourhood
+    weights: np.ndarray  # (s,) of the Gaussian
+    band: tuple[int, ...]  # window along x, y, z in which a second label makes a voxel exchangeable
 
     @classmethod
     def of(cls, labels: np.ndarray, spacing: np.ndarray) -> "_Grid":
@@ -93,7 +92,7 @@ class _Grid:
         return np.array([self.shape[1] * self.shape[2], self.shape[2], 1], np.int64)
 
     def _core(self, axis: int, low: int, high: int) -> np.ndarray:
-        """Return the voxels, moved by `low` at the lower and `high` at the upper end of an axis."""
+        """Return the unpadded voxels, with the ends of their window on `axis` moved by `low` and `high`."""
         window = [slice(r, -r) for r in self.rim]
         window[axis] = slice(self.rim[axis] + low, self.shape[axis] - self.rim[axis] + high)
         return self.padded.reshape(self.shape)[tuple(window)]
@@ -103,7 +102,7 @@ class _Grid:
         return np.where(code >= 0, self.ids[np.maximum(code, 0)], before).astype(np.int32)
 
     def boundary_area(self, spacing: np.ndarray) -> float:
-        """Return the area of the voxel faces between two grains."""
+        """Return the total area of voxel faces between grains."""
         area = 0.0
         for axis in range(3):
             a, b = self._core(axis, 0, -1), self._core(axis, 1, 0)
@@ -112,7 +111,7 @@ class _Grid:
         return area
 
     def contacts(self) -> tuple[np.ndarray, int]:
-        """Return the sorted keys of pairs that share faces, as `exchange` takes them, and their count."""
+        """Return sorted keys of pairs of labels that share faces, and `count`, both for `exchange`."""
         count = int(np.abs(self.padded).max()) + 1
         keys = []
         for axis in range(3):
@@ -125,15 +124,15 @@ class _Grid:
 def _deviation(spacing: np.ndarray) -> float:
     """Return the Gaussian's standard deviation: the edge of a cube of the voxel's volume.
 
-    It is larger where the cut-off would not reach the next voxel along the longest edge. The longest edge
-    itself moves 4% of the voxels of clean grains at 1 x 1 x 3; the cube's edge moves 0.4%.
+    It is larger if the cut-off would not reach the next voxel along the longest edge. On clean grains with
+    voxels of 1 x 1 x 3, the cube's edge moves 0.4% of the voxels, but the longest edge would move 4%.
     """
     reaching = np.nextafter(spacing.max() / CUT_OFF, np.inf)
     return float(max(np.cbrt(spacing.prod()), reaching))
 
 
 def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the offsets (s, 3) of the voxels around one, its own first, and their weights (s,)."""
+    """Return offsets (s, 3) of the voxels in the Gaussian's neighbourhood, 0 first, and weights (s,)."""
     sigma = _deviation(spacing)
     reach = np.floor(CUT_OFF * sigma / spacing).astype(int)
     axes = [np.arange(-r, r + 1) for r in reach]
@@ -145,7 +144,7 @@ def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return places (k,) of voxels with several grains around them, these, and their parts (k, m)."""
+    """Return flat indices (k,) of voxels near boundaries, grains around them (k, m), and weights (k, m)."""
     code = grid.padded.reshape(grid.shape)
     mixed = ndimage.maximum_filter(code, grid.band) != ndimage.minimum_filter(code, grid.band)
     near = np.flatnonzero(mixed.ravel() & (grid.padded >= 0))
@@ -157,7 +156,7 @@ def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 class _Flow:
-    """Rounds of the flow over a grid, whose voxels it changes."""
+    """The curvature flow on a grid, whose voxels it changes."""
 
     def __init__(self, grid: _Grid):
         self.grid = grid
@@ -168,7 +167,7 @@ class _Flow:
         self.mark = np.zeros(len(grid.padded), np.int32)
 
     def round(self) -> None:
-        """Blur, and exchange voxels until the volumes are those at the start."""
+        """Run one iteration: blur, and exchange voxels until the volumes are those at the start."""
         rows = _rows(self.grid)
         for n in range(SWEEPS):
             near = self._sweep(rows, MOST_DRIFT if n < SWEEPS // 2 else VOLUME_TOLERANCE)
@@ -179,13 +178,13 @@ class _Flow:
             self.price += np.clip(change, -WIDTH, WIDTH)
 
     def _room(self, drift: float) -> np.ndarray:
-        """Return by how many voxels (g,) each grain may be off."""
+        """Return the number of voxels (g,) that each grain may differ from its volume at the start."""
         return np.maximum(1, (drift * self.wanted).astype(np.int64))
 
     def _sweep(self, rows: tuple[np.ndarray, np.ndarray, np.ndarray], drift: float) -> np.ndarray:
-        """Exchange voxels, those with the largest lead first; return how many each grain has nearly even.
+        """Exchange voxels in order of falling lead; return numbers (g,) of voxels nearly won or lost.
 
-        Volumes that are off by more than `drift` may come nearer only.
+        rows: from `_rows`. A volume that differs by more than the fraction `drift` may only come closer.
         """
         best, lead = np.empty(len(rows[0]), np.int64), np.empty(len(rows[0]))
         near = np.zeros(len(self.price), np.int64)

@@ -1,4 +1,4 @@
-"""Connected pieces of a volume and the faces that they share (6-connectivity); small ones absorbed."""
+"""Connected components (pieces) of a volume by voxel faces, their common faces, and their absorption."""
 
 import heapq
 from dataclasses import dataclass
@@ -7,16 +7,17 @@ import numpy as np
 
 from craftmesh.voxels.kernels.pieces import number_pieces
 
-# A piece of a grain under so many voxels, three across, is a speck to a mesh; but grains stay: at most
-# SPECK_SHARE of the median grain. The median grain of AL1050 has 2,000 voxels, that of the copper 90.
+# Voxels, size below which a piece of a grain is a speck: 3 x 3 x 3. To keep small grains, it is at most
+# SPECK_SHARE of the median grain, which has 2,000 voxels in AL1050 and 90 in the copper.
 SPECK, SPECK_SHARE = 27, 0.1
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """The pieces of a volume, numbered 0.. in scan order of their first voxels.
+    """The pieces of a volume, numbered from 0 in scan order of their first voxels.
 
-    of (nx, ny, nz) int64: piece of each voxel; label (p,) int64; voxels (p,) int64; touches_box (p,) bool.
+    of (nx, ny, nz) int64: piece of each voxel; label (p,) int64: of each piece; voxels (p,) int64: number
+    in each piece; touches_box: mask (p,).
     """
 
     of: np.ndarray
@@ -45,7 +46,10 @@ def pieces_per_grain(pieces: Pieces) -> dict[int, int]:
 
 
 def shared_faces(of: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return sorted pairs (k, 2) of pieces that share faces, lower first, and the numbers of faces (k,)."""
+    """Return sorted pairs (k, 2) of pieces that share voxel faces, lower first, and their face counts (k,).
+
+    of (nx, ny, nz): piece of each voxel; count: at least the number of pieces.
+    """
     keys = []
     for axis in range(3):
         low = np.moveaxis(of, axis, 0)[:-1]
@@ -58,18 +62,18 @@ def shared_faces(of: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def median_grain(labels: np.ndarray) -> float:
-    """Return the median count of voxels of the grains, labels > 0; 0 without a grain."""
+    """Return the median number of voxels of the grains (labels > 0); 0 without grains."""
     counts = np.unique(labels[labels > 0], return_counts=True)[1]
     return float(np.median(counts)) if len(counts) else 0.0
 
 
 def speck_size(labels: np.ndarray) -> int:
-    """Return the size in voxels under which pieces of the grains in `labels` (nx, ny, nz) are specks."""
+    """Return the size in voxels below which a piece in labels (nx, ny, nz) is a speck."""
     return int(min(SPECK, SPECK_SHARE * median_grain(labels)))
 
 
 def dispersed(pieces: Pieces, minimum: int) -> np.ndarray:
-    """Return the labels (k,) of at least `minimum` voxels, most of which are in pieces of fewer."""
+    """Return labels (k,) that have at least `minimum` voxels, but most of them in pieces of fewer."""
     labels, of = np.unique(pieces.label, return_inverse=True)
     voxels = np.bincount(of, pieces.voxels)
     in_specks = np.bincount(of, np.where(pieces.voxels < minimum, pieces.voxels, 0))
@@ -77,11 +81,11 @@ def dispersed(pieces: Pieces, minimum: int) -> np.ndarray:
 
 
 def absorb_small_pieces(pieces: Pieces, minimum: int) -> np.ndarray:
-    """Return the label (p,) of each piece after every piece under `minimum` voxels joined a neighbour.
+    """Return the label (p,) of each piece after every piece under `minimum` voxels has joined a neighbour.
 
-    Smallest first. A piece joins the grain that shares the most faces with it (ties: the lowest id), a void
-    or the outside only where it touches no grain; it may thereby join several pieces of that grain to one.
-    A piece without neighbours stays.
+    The smallest piece is first. A piece joins the grain with which it shares the most faces (of equals the
+    lowest id), or a void or the outside only if it touches no grain. In this way it may connect several
+    pieces of that grain. A piece without neighbours stays.
     """
     if minimum <= 1 or not (pieces.voxels < minimum).any():
         return pieces.label
@@ -99,7 +103,7 @@ def absorb_small_pieces(pieces: Pieces, minimum: int) -> np.ndarray:
 
 
 class _Merging:
-    """Pieces that grow together: union-find with the faces shared between the roots."""
+    """Union-find of pieces that are merged, with the face counts between the roots."""
 
     def __init__(self, pieces: Pieces):
         self.root = list(range(len(pieces.label)))
@@ -117,7 +121,7 @@ class _Merging:
         return piece
 
     def absorb(self, piece: int) -> int | None:
-        """Give a piece to its best neighbour; return the joined piece, None where it has no neighbour."""
+        """Merge a root piece with its best neighbour; return the merged root, None without neighbours."""
         shared: dict[int, int] = {}
         for other, faces in self.faces[piece].items():
             shared[self.label[other]] = shared.get(self.label[other], 0) + faces

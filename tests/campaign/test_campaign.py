@@ -190,7 +190,7 @@ def test_numbers_that_yaml_takes_for_text_are_numbers(campaign, text):
         ("a/b\tsynthetic\tpenny\t1\n", "invalid case name 'a/b'"),
         ("logs\tsynthetic\tpenny\t1\n", "case name 'logs' is reserved"),
         ("one\tsynthetic\tpeny\t1\n", "case 'one': unknown crack 'peny'; known .*: penny, none"),
-        ("one\tsynthetic\tnone\t2\n", "increments is 2, but there is no crack; set it to 1"),
+        ("one\tsynthetic\tnone\t2\n", "increments is 2 without a crack; set it to 1"),
         ("one\tgone.npz\tpenny\t1\n", "case 'one': microstructure .*gone.npz does not exist"),
         ("", "no case"),
     ],
@@ -258,7 +258,7 @@ def test_columns_that_are_no_keys_or_there_twice(campaign, column, said):
 
 
 def test_growth_without_a_crack_is_refused(campaign):
-    with pytest.raises(CraftmeshError, match="case 'one': growth is grow, but there is no crack"):
+    with pytest.raises(CraftmeshError, match="case 'one': growth is grow without a crack"):
         campaign("one\tsynthetic\tnone\t1\tgrow\n", GROWING)
 
 

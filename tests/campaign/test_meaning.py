@@ -215,7 +215,7 @@ def test_a_crack_that_grows_needs_a_load_and_its_elements(read, inp):
     ("volume", "config", "said"),
     [
         ("v.stl", {}, "import: v.stl: is a surface"),
-        ("v.xyz", {}, "import: v.xyz: format not known by its name"),
+        ("v.xyz", {}, "import: v.xyz: unknown suffix"),
         ("synthetic", {"generate": {"shape": [2, 2, 2], "grains": 9}}, "generate.grains is 9; expected"),
         ("synthetic", {"generate": {"voids": 1, "void_radius": 1}}, "generate.void_radius is 1; expected"),
         (

@@ -123,7 +123,7 @@ def test_names_that_no_case_may_have(campaign, name):
 
 
 def test_cases_that_differ_in_capitals_alone_are_one_folder_elsewhere(campaign):
-    with pytest.raises(CraftmeshError, match="'Gefüge' and 'gefüge' differ only in capitals"):
+    with pytest.raises(CraftmeshError, match="'Gefüge' and 'gefüge' differ only in case"):
         campaign("Gefüge\tsynthetic\tnone\t1\ngefüge\tsynthetic\tnone\t1\n")
 
 

@@ -55,7 +55,7 @@ def refusal(config: str | bytes, *row, **words) -> str:
     ],
 )
 def test_a_key_that_is_given_twice_is_refused_with_both_lines(text, key, lines):
-    said = f"c.yaml: key {key} is there twice, on lines {lines[0]} and {lines[1]}; keep one"
+    said = f"c.yaml: duplicate key {key} on lines {lines[0]} and {lines[1]}; keep one"
     with pytest.raises(CraftmeshError, match=f"^{re.escape(said)}$"):
         parse_yaml(text, "c.yaml")
     assert said in refusal(text)
@@ -90,8 +90,8 @@ KEYS = {
     "no": "has the key False, which is not text",
     "null": "has the key None, which is not text",
     "2024-01-31": "has the key 2024-01-31, which is not text",
-    "0012": "line 4: 0012 is to YAML an octal",
-    "12:30": "line 4: 12:30 is to YAML an octal or sexagesimal",
+    "0012": "line 4: YAML reads 0012 as an octal",
+    "12:30": "line 4: YAML reads 12:30 as an octal or sexagesimal",
     "1_000": "has the key 1000, which is not text",
     ".nan": "has the key nan, which is not text",
     "? [a, b]\n  ": "unhashable",
@@ -128,8 +128,8 @@ def test_names_in_quotes_are_taken_and_words_of_the_sheet_are_names(name, listed
         ("null", "cracks.a.radius is not given"),
         ("2024-01-31", "cracks.a.radius is 2024-01-31; expected a number"),
         ("2024-13-45", "c.yaml: month must be in 1..12"),
-        ("010", "c.yaml: line 4: 010 is to YAML an octal"),
-        ("1:30.5", "c.yaml: line 4: 1:30.5 is to YAML an octal or sexagesimal"),
+        ("010", "c.yaml: line 4: YAML reads 010 as an octal"),
+        ("1:30.5", "c.yaml: line 4: YAML reads 1:30.5 as an octal or sexagesimal"),
         ("[4]", r"cracks.a.radius is \[4\]; expected a number"),
         ("{b: 4}", "cracks.a.radius is {'b': 4}; expected a number"),
         ("!!set {4}", "cracks.a.* expected"),
@@ -146,8 +146,8 @@ def test_values_of_any_kind_are_one_line(radius, said):
     ("config", "said"),
     [
         (b"cases: cases.tsv\nsizing:\n\tl0: 1\n", "indent with spaces, not with tabs"),
-        ("cases: cases.tsv\n".encode("utf-16"), "c.yaml: is UTF-16; expected YAML in UTF-8"),
-        ("results: é\n".encode("latin-1"), "expected YAML in UTF-8"),
+        ("cases: cases.tsv\n".encode("utf-16"), "c.yaml: is UTF-16; save it as YAML in UTF-8"),
+        ("results: é\n".encode("latin-1"), "save it as YAML in UTF-8"),
         (b"a\0b", "expected YAML"),
         (b"", "found NoneType; expected keys with values"),
         (b"- a\n", "found list; expected keys"),

@@ -64,7 +64,7 @@ def test_unindexed_voxels_and_specks_are_cleaned_away(tmp_path, monkeypatch, cap
     config = init(tmp_path, monkeypatch, volume(tmp_path, labels=noisy))
     assert config["import"]["fill_unindexed"] and config["import"]["smoothing_rounds"] == 2
     assert config["import"]["min_island_voxels"] == 27
-    assert "nothing is left of grain 77 (1 voxels, to grain" in capsys.readouterr().out
+    assert "completely absorbed: grain 77 (1 voxels, to grain" in capsys.readouterr().out
 
 
 def test_each_phase_has_a_material(tmp_path, monkeypatch):

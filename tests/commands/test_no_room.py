@@ -91,5 +91,5 @@ def test_a_place_where_nothing_can_be_written_is_named(line, folder, tmp_path, c
     monkeypatch.chdir(folder)
     (tmp_path / "file").write_text("no folder")
     said = refusal(line.replace("OUT", str(tmp_path / "file")).split(), capsys)
-    assert f"{tmp_path}/file/" in said and f"cannot be written ({tmp_path}/file is no folder)" in said
+    assert f"{tmp_path}/file/" in said and f"cannot be written ({tmp_path}/file is not a folder)" in said
     assert (tmp_path / "file").read_text() == "no folder"

@@ -159,7 +159,7 @@ def test_templates_that_are_none_are_refused_in_one_line(tmp_path, text, said):
     with pytest.raises(CraftmeshError, match=said) as refused:
         parse_templates(read_template(str(path)), str(path))
     assert "\n" not in str(refused.value)
-    with pytest.raises(CraftmeshError, match="gone.yaml cannot be read; expected angles, huang"):
+    with pytest.raises(CraftmeshError, match="gone.yaml does not exist; give angles, huang"):
         read_template(str(tmp_path / "gone.yaml"))
 
 

@@ -246,7 +246,7 @@ def test_orientations_are_told_in_the_convention_of_the_files(suffix, tmp_path):
 def test_a_largest_id_that_leaves_no_tags_is_refused(tmp_path):
     mesh = cracked_mesh()
     with pytest.raises(
-        CraftmeshError, match=r"largest grain id is 2147483640, and \d+ sets take tags after it"
+        CraftmeshError, match=r"largest grain id 2147483640 plus \d+ sets exceeds the largest tag"
     ):
         write_msh(tmp_path / "m.msh", replace(mesh, grain=np.where(mesh.grain == 14, 2147483640, 11)))
     assert list(tmp_path.iterdir()) == []
@@ -322,7 +322,7 @@ def test_check_reads_exodus_and_finds_what_is_wrong_in_it(element, tmp_path, cap
     assert "1 tetrahedra have a volume <= 0" in capsys.readouterr().out
     path.write_bytes(b"CDF\x02")
     assert main(["check", str(path)]) == 1
-    assert "no Exodus file of craftmesh" in capsys.readouterr().err
+    assert "not an Exodus file of craftmesh" in capsys.readouterr().err
 
 
 def turned(angles):
@@ -372,7 +372,7 @@ def test_what_cannot_be_exported_is_refused_in_one_line(tmp_path, capsys):
             "model.csv needs the orientations of the grains; give --microstructure",
         ),
         ("volume.vtu", "volume.vtu", "is the mesh that is read"),
-        ("long.vtu", "model.e", "Exodus names have up to 32 ASCII characters"),
+        ("long.vtu", "model.e", "names in Exodus have at most 32 ASCII characters"),
     ):
         assert main(["export", str(tmp_path / source), "-o", str(tmp_path / target)]) == 1
         error = capsys.readouterr().err

@@ -43,8 +43,8 @@ def test_blocks_of_any_length_are_read_in_pieces(tmp_path, monkeypatch, rows):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (HEAD + block("FORC", EXTREME), "holds no block DISP"),
-        (HEAD + block("DISP", EXTREME)[:-40], "cut short"),
+        (HEAD + block("FORC", EXTREME), "has no block DISP"),
+        (HEAD + block("DISP", EXTREME)[:-40], "is truncated"),
         (
             HEAD + block("DISP", EXTREME).replace("4.00000E+00", "4.0000abc00"),
             "not in the long ASCII form",
@@ -83,5 +83,5 @@ def test_tables_are_read_from_csv_and_npz(tmp_path):
     again = read_displacement_table(tmp_path / "a.npz")
     assert (again[0] == numbers).all() and (again[1] == values).all()
     np.savez(tmp_path / "b.npz", node=numbers[:1], displacement=values)
-    with pytest.raises(CraftmeshError, match="entries node, displacement"):
+    with pytest.raises(CraftmeshError, match="its entries are node, displacement"):
         read_displacement_table(tmp_path / "b.npz")

@@ -47,10 +47,10 @@ def test_craftmesher_example(shared_data):
     [
         ("", "empty"),
         ("x,y\n1,2\n", "no column 'z'"),
-        ("x,y,z\n", "no row under the header; expected at least one"),
+        ("x,y,z\n", "no row below the header; add at least one"),
         ("x,y,z\n1,2,3\n1,2,nan\n", "line 3: z is 'nan'; expected a finite number"),
         ("x,y,z\n1,2,up\n", "line 2: z is 'up'; expected a finite number"),
-        ("x,y,z\n1,2,3\n1,2\n", "line 3: has 2 columns; expected 3"),
+        ("x,y,z\n1,2,3\n1,2\n", "line 3: has 2 cells; expected 3"),
         ("1,2,3,4\n", "no header"),
     ],
 )

@@ -40,6 +40,6 @@ def test_the_same_input_gives_the_same_bytes(tmp_path):
 def test_a_variable_over_two_gib_is_refused_before_anything_is_written(tmp_path):
     rows = LARGEST // 4 + 1
     large = Variable("connect1", ("rows",), np.broadcast_to(np.int32(0), rows))  # takes no memory
-    with pytest.raises(CraftmeshError, match=rf"a\.nc: connect1 takes {4 * rows} bytes"):
+    with pytest.raises(CraftmeshError, match=rf"a\.nc: connect1 needs {4 * rows} bytes"):
         write_netcdf(tmp_path / "a.nc", {"rows": rows}, [large], {})
     assert not list(tmp_path.iterdir())

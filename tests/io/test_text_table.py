@@ -83,23 +83,23 @@ def test_all_kinds_in_all_dialects(tmp_path, kind, encoding):
 WRONG = [
     (
         "x,y,z\n1,5,2,5,3,5\n",
-        "line 2: has 6 columns; expected 3; save numbers with points, or with semicolons",
+        "line 2: has 6 cells; expected 3; save numbers with points, or with semicolons",
     ),
-    ("x;y;z\n1,5;2;3\n4;5.5;6\n", "line 3: a decimal point, and column x has decimal commas; expected one"),
+    ("x;y;z\n1,5;2;3\n4;5.5;6\n", "line 3: has a decimal point, but column x has decimal commas; expected the same"),
     ("x;y;z\n1.234,5;2;3\n", "line 2: x is '1.234,5'; expected a finite number"),
     ("x;y;z\n1,234,5;2;3\n", "line 2: x is '1,234,5'; expected a finite number"),
-    ("x [um],y [mm],z [um]\n1,2,3\n", "columns x .um., y .mm., z .um.; expected one unit"),
-    ("x,y,z,X\n1,2,3,4\n", "column 'x' is there twice"),
-    ("x [um],y [um],z [um],x [px]\n1,2,3,4\n", "column 'x' is there twice"),
-    ("# c\n\nx,y,z\n1,2,3\n\n4,5\n", "line 6: has 2 columns; expected 3"),
-    ("x,y,z\n1,2,3\n4,5,6,7\n", "line 3: has 4 columns; expected 3"),
+    ("x [um],y [mm],z [um]\n1,2,3\n", "columns x .um., y .mm., z .um. differ in unit; use one unit"),
+    ("x,y,z,X\n1,2,3,4\n", "duplicate column name 'x'"),
+    ("x [um],y [um],z [um],x [px]\n1,2,3,4\n", "duplicate column name 'x'"),
+    ("# c\n\nx,y,z\n1,2,3\n\n4,5\n", "line 6: has 2 cells; expected 3"),
+    ("x,y,z\n1,2,3\n4,5,6,7\n", "line 3: has 4 cells; expected 3"),
     ("x,y,z\n1,2,3\n4,5,six\n", "line 3: z is 'six'; expected a finite number"),
     ("x,y,z\n1,2,3\n4,,6\n", "line 3: y is ''; expected a finite number"),
     ("x,y,z\n1,2,inf\n", "line 2: z is 'inf'; expected a finite number"),
     ("x,y\n1,2\n", "no column 'z' .found: x, y.; the header must name x, y, z"),
     ('x,y,z\n"1,2,3\n4,5,6\n', "a quotation mark is not closed"),
-    ("# nothing\n", "empty; expected a table with the columns x, y, z"),
-    ("\0\0\0\0", "is not text"),
+    ("# nothing\n", "is empty; give a table with the columns x, y, z"),
+    ("\0\0\0\0", "is not a text file"),
 ]
 
 

@@ -152,7 +152,7 @@ def test_missing_arrays_are_named(tmp_path):
 def test_cracks_and_surfaces_are_told_apart(tmp_path):
     vtk.write_surface(tmp_path / "s.vtp", cube_surface())
     vtk.write_crack(tmp_path / "c.vtp", crack_with_two_fronts())
-    with pytest.raises(CraftmeshError, match="'sides': a surface of grains"):
+    with pytest.raises(CraftmeshError, match="is a surface of grains .cell data 'sides'"):
         vtk.read_crack(tmp_path / "s.vtp")
     with pytest.raises(CraftmeshError, match="'sides'"):
         vtk.read_surface(tmp_path / "c.vtp")

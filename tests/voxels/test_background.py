@@ -53,7 +53,7 @@ SITUATIONS = {
     "pores": (with_zero(balls((5, 5, 5), (15, 8, 11), (9, 15, 13))), "void"),
 }
 
-FEW, STRAIGHT, SIZE, GAPS = "too few to compare", "end straight on it", "the grains have", "have gaps"
+FEW, STRAIGHT, SIZE, GAPS = "too few to compare", "meet it at right angles", "the grains have", "have gaps"
 UNDECIDED = {
     "two layers": (X // 11, FEW),
     "two phases": (grains(20) % 2, FEW),
@@ -157,7 +157,7 @@ def test_formats_that_do_not_say_what_zero_is(tmp_path, write, situation):
     (note,) = (note for note in raw.notes if note.startswith("label 0, "))
     assert raw.background == role and f"{voxels} voxels" in note
     others = {"grain", "unindexed", "void"} - {role}
-    assert set(re.search("background (.*) says otherwise", note)[1].split(" or ")) == others
+    assert set(re.search("set background to (.*)", note)[1].split(" or ")) == others
     assert raw.unindexed.sum() == (voxels if role == "unindexed" else 0)
     assert ((raw.voxels.labels > 0) == ((labels > 0) | (role == "grain"))).all()
     assert len(np.unique(raw.voxels.labels)) == len(np.unique(labels))
@@ -168,7 +168,7 @@ def test_who_fills_has_unindexed_voxels_and_is_told_so(tmp_path, situation):
     labels = SITUATIONS[situation][0]
     raw = read_voxels(write_npz(tmp_path / "v", labels), fills=True)
     assert raw.background == "unindexed" and raw.unindexed.sum() == (labels == 0).sum()
-    assert any("since fill_unindexed is set" in note for note in raw.notes)
+    assert any("because fill_unindexed is set" in note for note in raw.notes)
 
 
 @pytest.mark.parametrize("role", ["grain", "unindexed", "void"])

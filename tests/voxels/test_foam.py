@@ -45,7 +45,7 @@ def test_struts_are_three_voxels_thick_or_refused():
         material(relative_density=0.05), ndimage.generate_binary_structure(3, 1)
     )
     assert inside.any(axis=(1, 2)).all()
-    with pytest.raises(CraftmeshError, match=r"relative_density is 0\.03; .* under three voxels thick"):
+    with pytest.raises(CraftmeshError, match=r"relative_density 0\.03 .* under three voxels thick"):
         material(relative_density=0.03, pores=40)
 
 

@@ -155,7 +155,7 @@ def test_size_spread_widens_the_distribution_of_sizes():
         ({"spacing": (1, 0, 1)}, "spacing"),
         ({"size_spread": 1.0}, "size_spread is 1.0"),
         ({"voids": 1, "void_radius": 1.0}, "void_radius is 1"),
-        ({"voids": 1, "void_radius": 20.0}, "no room for void 1"),
+        ({"voids": 1, "void_radius": 20.0}, "no space for void 1"),
         ({"embedded_grains": 40}, "40 embedded bodies"),
         ({"grains": 2000, "embedded_grains": 1}, "1 embedded bodies"),
     ],

@@ -94,14 +94,14 @@ def tesr(folder, values, name=""):
 NAMED = {npz: "labels", vti: "labels", dream3d: "CellData/FeatureIds", labdct: "GrainId"}
 FORMATS = [npz, npy, vti, dream3d, labdct, tif, mha, nrrd, tesr]
 FAULTS = {
-    "voxel numbers": (NUMBERS, "989 labels in 990 .*0 % .*numbers of voxels; .*by dataset"),
-    "voxel numbers from 1": (NUMBERS + 1, "numbers of voxels"),
+    "voxel numbers": (NUMBERS, "989 labels in 990 .*0 % .*voxel numbers; .*set dataset"),
+    "voxel numbers from 1": (NUMBERS + 1, "voxel numbers"),
     "columns": (NUMBERS // SHAPE[2], "89 labels in 990"),
-    "grey values": (SCAN, "labels in 990 voxels, and .* % of neighbours share .*grey values.*segment"),
-    "grey values of 16 bits": (SCAN * 200 + RANDOM.integers(0, 200, SHAPE), "numbers of voxels|grey"),
+    "grey values": (SCAN, "labels in 990 voxels, but only .* % of neighbours have .*grey values.*segment"),
+    "grey values of 16 bits": (SCAN * 200 + RANDOM.integers(0, 200, SHAPE), "voxel numbers|grey"),
     "grey values in a mask": (np.where(GRAINS == 1, SCAN, 0), "grey values"),
     "negative grey values": (SCAN - 300, "grey values"),
-    "fractions": (SCAN / 7, "is not an integer; .*segment"),
+    "fractions": (SCAN / 7, "is not an integer grain id; .*segment"),
     "negative ids": (np.where(GRAINS == 3, -9, GRAINS), "label -9 is negative; .*numpy.abs"),
     "negative ids, both signs": (np.where(GRAINS == 3, -1, GRAINS), "negative; .*numpy.unique"),
     "several negative ids": (np.where(GRAINS > 6, -10 * GRAINS, GRAINS), "labels -80, -70 are negative"),
@@ -113,16 +113,16 @@ FAULTS = {
 def test_what_is_no_grain_is_refused_by_what_it_is(tmp_path, write, fault):
     values, words = FAULTS[fault]
     if write is tesr and values.min() < 0:
-        words = "-80|labels run|negative|grey values"
+        words = "-80|labels range|negative|grey values"
     if fault == "fractions":
-        words = {tesr: "is not a whole number", labdct: "expected a dataset such as"}.get(write, words)
+        words = {tesr: "is not an integer", labdct: "add a dataset such as"}.get(write, words)
     path = write(tmp_path, values)
     options = ReadOptions(axes="zyx", spacing=(1.0, 1.0, 1.0)) if write is npy else PLACE
     with pytest.raises(CraftmeshError, match=words) as caught:
         read_voxels(path, options)
     line = str(caught.value)
     assert "\n" not in line and path.name in line
-    if "neighbours share" in line:
+    if "of neighbours have" in line:
         assert NAMED.get(write, "the volume") in line
 
 
@@ -169,11 +169,11 @@ def test_the_confidence_map_beside_public_grains_is_refused(shared_data):
 
 FOREIGN = {
     "v.mat": "MATLAB.*scipy.io.loadmat.*h5py.*npz with labels",
-    "v.vtk": "legacy VTK; pyvista.read.*save.*.vti",
+    "v.vtk": "legacy VTK; save an image as .vti.*pyvista.read",
     "v.json": "Kanapy.*numpy.reshape.*npz.*labels and spacing",
     "v.nii": "nrrd",
     "v.am": "nrrd",
-    "v.raw": "header .mhd",
+    "v.raw": "has no header; write a .mhd",
     "v.ctf": "without grain ids",
 }
 
@@ -210,7 +210,7 @@ LENGTHS = {"X": 0.5, "Y": 0.25, "Z": 2.0}
 TIFF_SPACINGS = [
     (imagej, {"spacing": 2.0, "unit": "um"}, "um"),
     (imagej, {"spacing": 2.0, "unit": r"\u00B5m"}, "µm"),
-    (imagej, {"spacing": 2.0}, "a unit that the file does not name"),
+    (imagej, {"spacing": 2.0}, "an unknown unit"),
     (ome, {"lengths": LENGTHS}, "mm"),
     (ome, {"lengths": LENGTHS, "unit": ""}, "µm"),
     (ome, {"lengths": LENGTHS, "times": 1}, "mm"),
@@ -241,7 +241,7 @@ TIFF_FAULTS = [
     (imagej, {"spacing": 2.0, "unit": "um", "zunit": "mm"}, "no voxel spacing"),
     (imagej, {"spacing": -2.0, "unit": "um"}, "no voxel spacing"),
     (ome, {"lengths": {"X": 0.5, "Y": 0.5}}, "no voxel spacing"),
-    (ome, {"lengths": LENGTHS, "channels": 2}, "has 2 channels.*save the channel of the labels"),
+    (ome, {"lengths": LENGTHS, "channels": 2}, "has 2 channels.*save only the channel of the labels"),
     (ome, {"lengths": LENGTHS, "times": 3}, "1 channels, 3 times, 11 slices"),
 ]
 
@@ -258,7 +258,7 @@ def test_channels_of_imagej_are_refused(tmp_path, axes):
         {"ZCYX": (4, 2, 5, 6), "CYX": (4, 5, 6), "TZYX": (2, 4, 5, 6)}.get(axes, (2, 3, 2, 5, 6))
     )
     tifffile.imwrite(tmp_path / "v.tif", pages.astype(np.uint8), imagej=True, metadata={"axes": axes})
-    with pytest.raises(CraftmeshError, match="channels, . times.*save the channel"):
+    with pytest.raises(CraftmeshError, match="channels, . times.*save only the channel"):
         read_voxels(tmp_path / "v.tif", PLACE)
 
 
@@ -289,14 +289,14 @@ def test_an_even_rectilinear_grid_is_an_image(tmp_path):
 def test_uneven_and_false_rectilinear_grids(tmp_path):
     planes = planes_of(1.0, 1.0, 1.0)
     planes[1] = planes[1] ** 1.2
-    with pytest.raises(CraftmeshError, match="steps along y run from 1.* to 1.*resample .* .vti"):
+    with pytest.raises(CraftmeshError, match="sizes along y range from 1.* to 1.*resample .* .vti"):
         read_voxels(vtr(tmp_path, planes))
     planes[1] = planes_of(1.0, 1.0, 1.0)[1] * [1] * 11
     path = vtr(tmp_path, planes)
     text = path.read_bytes().replace(b'Extent="0 9 0 10 0 11"', b'Extent="0 9 0 11 0 10"')
     path.write_bytes(text)
-    with pytest.raises(CraftmeshError, match="not a whole VTK XML RectilinearGrid"):
+    with pytest.raises(CraftmeshError, match="is no intact VTK XML RectilinearGrid"):
         read_voxels(path)
     path.write_bytes(b"<VTKFile type='RectilinearGrid'>")
-    with pytest.raises(CraftmeshError, match="not a whole"):
+    with pytest.raises(CraftmeshError, match="no intact"):
         read_voxels(path)

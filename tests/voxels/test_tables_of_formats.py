@@ -36,18 +36,18 @@ from craftmesh.mechanics.orientation import angle_between, bunge_to_quaternion
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 FAULTS = [
-    (npz, "degrees", {"eulers": DEGREES}, True, "taken as degrees"),
-    (npz, "degrees by cell", {"eulers": DEGREES[LABELS]}, True, "taken as degrees"),
+    (npz, "degrees", {"eulers": DEGREES}, True, "read as degrees"),
+    (npz, "degrees by cell", {"eulers": DEGREES[LABELS]}, True, "read as degrees"),
     (npz, "degrees by name", {"eulers_deg": DEGREES}, True, ""),
     (
         npz,
         "degrees by words",
         {"eulers": DEGREES, "eulers_unit": np.array("radians")},
         False,
-        "said to be rad",
+        "too much for rad",
     ),
-    (npz, "half of the angles", {"eulers": HALF_COLUMNS}, False, "all in degrees"),
-    (npz, "half of the grains", {"eulers": HALF_ROWS}, False, "all in degrees"),
+    (npz, "half of the angles", {"eulers": HALF_COLUMNS}, False, "to radians or degrees"),
+    (npz, "half of the grains", {"eulers": HALF_ROWS}, False, "to radians or degrees"),
     (npz, "neither", {"eulers": NEITHER}, False, "reach 1000"),
     (npz, "cells only", {"rodrigues": VECTORS[LABELS]}, True, "means over"),
     (npz, "two that differ", {"rodrigues": VECTORS, "eulers": OTHER}, False, "differ by"),
@@ -56,33 +56,33 @@ FAULTS = [
         "table not numbered",
         {"eulers": RADIANS[1:]},
         False,
-        "3 rows for 3 ids up to 3; expected row = id",
+        "3 rows for 3 ids up to 3; write row = id",
     ),
-    (npz, "long", {"eulers": longer(RADIANS)}, True, "6 rows, ids reach 3"),
-    (npz, "list of voxels", {"eulers": RADIANS[LABELS].reshape(-1, 3)}, None, "unread: eulers"),
+    (npz, "long", {"eulers": longer(RADIANS)}, True, "6 rows, but ids reach 3"),
+    (npz, "list of voxels", {"eulers": RADIANS[LABELS].reshape(-1, 3)}, None, "not read: eulers"),
     (npz, "other shape", {"eulers": RADIANS[LABELS][1:]}, False, "has shape"),
-    (npz, "unread", {"quats": QUATERNIONS, "ParentIds": LABELS}, None, "unread: quats, ParentIds"),
+    (npz, "unread", {"quats": QUATERNIONS, "ParentIds": LABELS}, None, "not read: quats, ParentIds"),
     (labdct, "cells only", {"Rodrigues": VECTORS[LABELS]}, True, "means over"),
-    (labdct, "other shape", {"Rodrigues": VECTORS[LABELS][1:]}, None, "unread: .*Rodrigues"),
-    (labdct, "unread", {"EulerAngles": RADIANS[LABELS]}, None, "unread: .*EulerAngles"),
+    (labdct, "other shape", {"Rodrigues": VECTORS[LABELS][1:]}, None, "not read: .*Rodrigues"),
+    (labdct, "unread", {"EulerAngles": RADIANS[LABELS]}, None, "not read: .*EulerAngles"),
     (vti, "cells only", {"EulerAngles": RADIANS[LABELS]}, True, "means over"),
-    (vti, "degrees by cell", {"EulerAngles": DEGREES[LABELS]}, True, "taken as degrees"),
-    (vti, "half of the angles", {"EulerAngles": HALF_COLUMNS[LABELS]}, False, "all in degrees"),
+    (vti, "degrees by cell", {"EulerAngles": DEGREES[LABELS]}, True, "read as degrees"),
+    (vti, "half of the angles", {"EulerAngles": HALF_COLUMNS[LABELS]}, False, "to radians or degrees"),
     (vti, "neither", {"EulerAngles": NEITHER[LABELS]}, False, "reach 1000"),
-    (vti, "unread", {"Quats": QUATERNIONS[LABELS], "ParentIds": LABELS}, None, "unread: Quats, ParentIds"),
+    (vti, "unread", {"Quats": QUATERNIONS[LABELS], "ParentIds": LABELS}, None, "not read: Quats, ParentIds"),
     (tesr, "radians", ori("euler-bunge", RADIANS[1:]), True, "none exceeds 2 pi"),
-    (tesr, "neither", ori("euler-bunge", NEITHER[1:]), False, "reach 1000 and are said to be degrees"),
-    (tesr, "short", ori("rodrigues", VECTORS[2:]), False, "expected 3 rows"),
+    (tesr, "neither", ori("euler-bunge", NEITHER[1:]), False, "reach 1000, too much for degrees"),
+    (tesr, "short", ori("rodrigues", VECTORS[2:]), False, "expected a row per cell, 3"),
     (tesr, "cells only", oridata("rodrigues", VECTORS), True, "means over"),
     (tesr, "radians by cell", oridata("euler-bunge", RADIANS), True, "none exceeds 2 pi"),
-    (tesr, "groups", {"ori": "  *group\n   1 1 2\n"}, None, "unread: .group"),
+    (tesr, "groups", {"ori": "  *group\n   1 1 2\n"}, None, "not read: .group"),
     (tesr, "short by cell", oridata("rodrigues", VECTORS[:, :2]), False, "120 of 180"),
     (
         tesr,
         "unread",
         ori("rodrigues", VECTORS[1:]) | oridata("rodrigues", VECTORS),
         True,
-        "unread: ..oridata",
+        "not read: ..oridata",
     ),
 ]
 
@@ -102,7 +102,7 @@ def test_tables_of_the_other_formats(tmp_path, write, fault, arrays, right, word
 def test_a_table_that_counts_the_grains_is_refused_whatever_is_ignored(tmp_path):
     """Each grain would get the next one's orientation."""
     path = npz(tmp_path, eulers=RADIANS[1:])
-    outcome(path, False, "expected row = id", ReadOptions(ignore_unknown_orientations=True))
+    outcome(path, False, "write row = id", ReadOptions(ignore_unknown_orientations=True))
     sparse = npz(tmp_path, labels=LABELS * 4, eulers=RADIANS[1:])
     outcome(sparse, False, "3 rows for 3 ids up to 12")
 
@@ -176,7 +176,7 @@ def test_the_documented_example_of_neper(tmp_path, version, word, section):
     "version, descriptor, words",
     [
         ("2.2", "rodrigues", "rodrigues:passive .Bunge's rotation. or rodrigues:active"),
-        ("2.3", "rodrigues", "add the word"),
+        ("2.3", "rodrigues", "so write rodrigues:passive"),
         ("", "rodrigues:active", "format is ''; expected 2.0, 2.1 or 2.2"),
         ("new", "rodrigues:active", "format is 'new'"),
         ("2.2", "rodrigues:other", "'rodrigues:other'"),
@@ -261,4 +261,4 @@ def test_phases_of_voxels_stay_apart(tmp_path, write, codes, phases, words):
 @pytest.mark.parametrize("version", [4, 5, 7, 8])
 def test_phases_of_a_table_that_does_not_fit_are_those_of_the_cells(tmp_path, version):
     path = dream3d(tmp_path, version, [("", "Phases", PHASES[1:])], [("Phases", CODES)])
-    assert outcome(path, None, r"unread: .*Phases \(3 rows\)").phases.tolist() == [0, 1, 1, 2]
+    assert outcome(path, None, r"not read: .*Phases \(3 rows\)").phases.tolist() == [0, 1, 1, 2]

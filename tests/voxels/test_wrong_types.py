@@ -22,12 +22,12 @@ def npz(tmp_path, **arrays):
 @pytest.mark.parametrize(
     "changed, words",
     [
-        ({"labels": labels() + 0.5j}, "labels are of type complex128"),
+        ({"labels": labels() + 0.5j}, "labels have the type complex128"),
         ({"labels": labels().astype(np.uint64) * 2**40}, "2199023255552.*int32"),
-        ({"labels": np.where(labels() == 1, np.inf, 2)}, "labels run from 2.0 to inf"),
-        ({"labels": labels().astype("f4") * 2**23}, "float32, which rounds ids from 16777216 on"),
-        ({"labels": labels().astype("f2") * 1024}, "float16, which rounds ids from 2048 on"),
-        ({"spacing": np.full(3, 1e-110)}, "1e-110.*in a unit in which volumes are numbers"),
+        ({"labels": np.where(labels() == 1, np.inf, 2)}, "labels range from 2.0 to inf"),
+        ({"labels": labels().astype("f4") * 2**23}, "float32, which rounds ids above 16777216"),
+        ({"labels": labels().astype("f2") * 1024}, "float16, which rounds ids above 2048"),
+        ({"spacing": np.full(3, 1e-110)}, "1e-110.*not so small that volumes underflow"),
         ({"spacing": np.full(3, 1e110)}, r"1e\+110; expected finite numbers"),
         ({"spacing": np.array("1 1 1")}, "spacing is an array of <U5; expected"),
         ({"origin": np.array(["0", "0", "0"])}, "origin is an array of <U1"),
@@ -39,11 +39,11 @@ def npz(tmp_path, **arrays):
         ({"eulers": np.full((3, 3), "a")}, "eulers is of type <U1"),
         ({"eulers": np.full((3, 3), np.inf)}, "no orientation for grains 1, 2"),
         ({"phases": np.array(["a", "b", "c"])}, "phases is of type <U1"),
-        ({"phases": np.array([0, 1.5, 1])}, "phase of grain 1 is 1.5; expected a whole number"),
+        ({"phases": np.array([0, 1.5, 1])}, "phase of grain 1 is 1.5; expected an integer"),
         ({"phases": np.array([0, 1, np.nan])}, "phase of grain 2 is nan"),
         ({"phases": np.array([0, -1, 1])}, "phase of grain 1 is -1"),
         ({"phases": np.ones((3, 2), int)}, r"phases has shape \(3, 2\)"),
-        ({"phases": np.array([0, 1])}, "no phase for grains 2; .*row 0 for id 0, found 2"),
+        ({"phases": np.array([0, 1])}, "no phase for grains 2, the table has 2 rows; .*row 0 for id 0"),
     ],
 )
 def test_arrays_of_wrong_types(tmp_path, recwarn, changed, words):

@@ -1,1 +1,1 @@
-"""Compiled loops over the voxels."""
+"""Compiled loops over voxels."""

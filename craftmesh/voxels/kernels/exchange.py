@@ -1,22 +1,22 @@
-"""Exchange of voxels between grains, one after another: none splits a grain or makes a new contact."""
+"""Exchange of voxels between grains, one by one, without splitting a grain or making a new contact."""
 
 import numpy as np
 
 from craftmesh.jit import kernel
 
-# Voxels around one that is given away, in which its grain must hold together without it. Wide enough to cut
-# the handles that shuffled voxels make; within 1 voxel a third of the noise on lath boundaries stays.
+# Voxels, distance from an exchanged voxel within which its old grain must stay connected. With 3, handles
+# made by shuffling are cut; with 1, a third of the noise on lath boundaries would stay.
 REACH = 3
 
 
 @kernel
 def exchange(padded, strides, place, wanted, voxels, bounds, contacts, count, mark):
-    """Give each voxel its wanted grain where that is sound; return how many changed.
+    """Give voxels their wanted grains, where allowed; return the number of voxels changed.
 
-    padded (n,): grain of each voxel, < 0 for what is none, with a rim of REACH; strides (3,) of it. place,
-    wanted (k,): voxels and grains, in the order in which they are tried. voxels (g,): each grain's number
-    of voxels, kept true and from moving out of bounds (g, 2). contacts: sorted keys (`contact_key`) of the
-    pairs of labels that may touch. mark (n,) int32: zeros, and so again afterwards.
+    padded (n,): grain of each voxel, < 0 if it has none, padded by at least REACH; strides (3,): of this
+    array. place, wanted (k,): voxels and their wanted grains, in the order of trial. voxels (g,): number of
+    voxels of each grain, updated here; bounds (g, 2): its limits. contacts: sorted keys (`contact_key` with
+    `count`) of the pairs of labels that may touch. mark (n,) int32: scratch, zeros before and after.
     """
     done = 0
     for i in range(len(place)):
@@ -34,7 +34,7 @@ def exchange(padded, strides, place, wanted, voxels, bounds, contacts, count, ma
 
 @kernel
 def _may_take(padded, strides, v, new, contacts, count):
-    """Whether grain `new` touches voxel v, and may touch all that do so."""
+    """Return True if grain `new` touches voxel v, and may touch all labels that do."""
     touches = False
     for axis in range(3):
         for way in (-1, 1):
@@ -48,7 +48,7 @@ def _may_take(padded, strides, v, new, contacts, count):
 
 @kernel
 def contact_key(low, high, count):
-    """Return one number for a pair of labels, each over -count and below count; arrays too."""
+    """Return one integer for a pair of labels, both between -count and count; also for arrays."""
     return (low + count) * 2 * count + high + count
 
 
@@ -61,7 +61,7 @@ def _is_contact(a, b, contacts, count):
 
 @kernel
 def _holds(padded, strides, v, old, mark):
-    """Whether the grain's voxels on the faces of voxel v are connected without it, within REACH."""
+    """Return True if the face neighbours of v in grain `old` are connected within REACH without v."""
     beside = np.empty(6, np.int64)
     found = 0
     for axis in range(3):
@@ -79,7 +79,10 @@ def _holds(padded, strides, v, old, mark):
 
 @kernel
 def _connected(padded, strides, v, old, beside, reach, mark):
-    """Whether a walk in grain `old` from beside[0], at most `reach` from v along an axis, meets all."""
+    """Return True if paths in grain `old`, within `reach` of v along each axis, connect all of `beside`.
+
+    beside (k,): face neighbours of v in the grain; mark (n,) int32: scratch, zeros before and after.
+    """
     width = 2 * reach + 1
     queue = np.empty((width**3, 4), np.int64)
     queue[0, 0] = beside[0]

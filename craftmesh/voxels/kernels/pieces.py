@@ -1,4 +1,4 @@
-"""Connected pieces of a volume, by union-find."""
+"""Connected components (pieces) of a volume, by union-find."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from craftmesh.surface.kernels.union_find import root_of
 
 @kernel
 def number_pieces(labels):
-    """Return the 6-connected piece (nx, ny, nz) of each voxel, 0.. in scan order of their first voxels.
+    """Return the piece (nx, ny, nz) of each voxel, numbered from 0 in scan order of their first voxels.
 
-    labels (nx, ny, nz): voxels of a piece have the same. Up to the second pass `of` is a voxel of the same
-    piece, no later one: the first voxel is its own.
+    Voxels of equal labels (nx, ny, nz) that share a face are in one piece. Before the second pass, `of`
+    refers to the same or an earlier voxel of the piece; only the first voxel refers to itself.
     """
     flat = labels.ravel()
     of = np.arange(labels.size)

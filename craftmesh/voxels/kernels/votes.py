@@ -1,22 +1,22 @@
-"""Votes: how much of a voxel's neighbourhood each grain holds."""
+"""Votes: fraction of a voxel's weighted neighbourhood that each grain fills."""
 
 import numpy as np
 
 from craftmesh.jit import kernel
 
-# Grains that a voxel may choose from: those that come first in its neighbourhood, its own and near ones
-# included. More than six meet within two voxels only in noise.
+# Largest number of grains counted per voxel: the first found from the centre of its neighbourhood outwards.
+# More than six meet within two voxels only in noise.
 MOST_GRAINS = 6
 NO_GRAIN = -1
 
 
 @kernel
 def votes(padded, inside, steps, weights, place, grain, share):
-    """List the voxels with several grains around them; return how many there are.
+    """Write a row for each voxel with several grains around it; return the number of rows.
 
-    padded (n,): grain of each voxel, flat, < 0 for what is none; inside (k,): voxels of grains to look at;
-    steps, weights (s,): the neighbourhood, its centre first. Row r of place (k,) gets a voxel, that of
-    grain (k, MOST_GRAINS) the grains around it, NO_GRAIN for none, that of share their parts of the weight.
+    padded (n,): grain of each voxel, < 0 if it has none; inside (k,): voxels to test; steps, weights (s,):
+    flat offsets and weights of the neighbourhood, its centre first. Output: place (k,), the voxel; grain
+    (k, MOST_GRAINS), grains around it, then NO_GRAIN; share (k, MOST_GRAINS), their parts of the weight.
     """
     rows = 0
     for v in inside:
@@ -47,10 +47,10 @@ def votes(padded, inside, steps, weights, place, grain, share):
 
 @kernel
 def choices(padded, place, grain, share, price, best, lead, near, width):
-    """Set for each row the grain with the most votes, prices added, and its lead over the voxel's own.
+    """Write for each row the grain `best` of largest share + price, and its `lead` over the voxel's own.
 
-    place, grain, share: of `votes`; price (g,). near (g,) counts the rows where a grain is first or second
-    and the two are less than `width` apart: the voxels that it would win or lose by a change of its price.
+    place, grain, share: from `votes`; price (g,). Output also near (g,): number of rows in which a grain is
+    first or second by less than `width`, that is, of voxels that a small price change wins or loses.
     """
     near[:] = 0
     for r in range(len(grain)):
