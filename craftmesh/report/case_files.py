@@ -1,4 +1,4 @@
-"""A case as its folder in the results has it: what was asked for, increments, costs, and what failed."""
+"""Reading of a case's results folder: its record, increments, costs and failures."""
 
 import csv
 import hashlib
@@ -21,13 +21,13 @@ from craftmesh.types import Crack
 
 
 class Stage(NamedTuple):
-    """A stage by its verb, and what it makes in the folder of a case or of an increment."""
+    """A stage: its subcommand, and the file that it makes in the folder of a case or increment."""
 
     verb: str
     made: str
 
 
-# The stages by the names of their logs and benchmarks, in the order of the way.
+# Stages by the names of their logs and benchmarks, in the order in which they run.
 STAGES = {
     "generated": Stage("generate", "generated.npz"),
     "microstructure": Stage("import", "labels.npz"),
@@ -52,7 +52,7 @@ _ERROR = "craftmesh: error: "
 
 
 class Cost(NamedTuple):
-    """What the jobs of a stage took: how many, seconds on the clock and of all cores, MB of the largest."""
+    """Cost of a stage's jobs: their number, wall and CPU seconds, the longest's seconds, largest MB."""
 
     stage: str
     jobs: int
@@ -63,10 +63,10 @@ class Cost(NamedTuple):
 
 
 def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
-    """Return the costs of a case's stages, in the order of the way, from the benchmarks in its `folder`.
+    """Return the costs of a case's stages, in the order in which they run, from its benchmark `folder`.
 
-    increments: names of those that count. Files that another version of Snakemake wrote, without the
-    columns that are asked for, are left out.
+    increments: names of the increments to include. Files without the needed columns, from other versions
+    of Snakemake, are left out.
     """
     found: dict[str, list[dict[str, float]]] = {}
     for path in sorted(folder.rglob("*.tsv")):
@@ -92,7 +92,7 @@ def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
 
 
 def _rows(path: Path) -> Iterator[dict[str, float]]:
-    """Yield the runs in a benchmark file; jobs shorter than its first look have no memory: 0."""
+    """Yield the numbers of each run in a benchmark file; the memory of very short jobs is 0."""
     with open(path, newline="", encoding="utf-8") as stream:
         for row in csv.DictReader(stream, delimiter="\t"):
             if {"s", "cpu_time", "max_rss"} <= row.keys():
@@ -102,18 +102,18 @@ def _rows(path: Path) -> Iterator[dict[str, float]]:
 def _number(text: str | None) -> float:
     try:
         return float(text or 0)
-    except ValueError:  # "NA" and "-", where a job was over before it was looked at
+    except ValueError:  # "NA" or "-", if a job ended before it was measured
         return 0.0
 
 
 @dataclass(frozen=True)
 class Increment:
-    """An increment's measures, and what else there is of it: None or empty where it was not made.
+    """The results of an increment, from its files; None or empty if a file does not exist.
 
-    quality: quality.json; lengths: those of Eq. 3 by name; front: columns of sif.csv; growth: growth.json;
-    size: the crack's, of fracture.json; reaction: half of all reactions' sizes along the axis where that is
-    largest; history: as of `Solution`; at_fronts: what its record has of fronts; pictures: .webp by
-    name; scene: scene.json; digests: SHA-256 of files by name.
+    quality: quality.json; lengths: of Eq. 3 by name; front: columns of sif.csv; growth: growth.json; crack:
+    crack.vtp; size: crack size in fracture.json; reaction: half the sum of the reactions' absolute values,
+    along the axis where this is largest; history: as in `Solution`; at_fronts: entries "front ..." of the
+    record of the solution; pictures: .webp by name; scene: scene.json; digests: SHA-256 of files by name.
     """
 
     name: str
@@ -133,7 +133,7 @@ class Increment:
 
 @dataclass(frozen=True)
 class Case:
-    """A case with its increments: record: case.json; imported: import.json; costs: by stage."""
+    """A case. record: case.json; imported: import.json; digests: SHA-256 of files; costs: by stage."""
 
     name: str
     record: Mapping[str, Any]
@@ -144,14 +144,14 @@ class Case:
 
 
 def read_cases(results: Path) -> list[Case]:
-    """Return the cases of all campaigns in a folder of results, by name."""
+    """Return the cases of all campaigns in a results folder, sorted by name."""
     return [read_case(path.parent) for path in sorted(results.glob(f"*/{RECORD}"))]
 
 
 def read_case(folder: Path) -> Case:
-    """Return the case in a folder, with the increments that its record asks for and that are measured.
+    """Return the case in a folder with those increments of its record that have a quality.json.
 
-    Increments past one after which the crack stopped are those of an earlier run, and left out. Raises
+    Increments after the one in which the crack stopped are from an earlier run, and are left out. Raises
     CraftmeshError for files that cannot be read.
     """
     record = read_json(folder / RECORD)
@@ -175,7 +175,7 @@ def read_case(folder: Path) -> Case:
 
 
 def has_ended(record: Mapping[str, Any], increment: Increment) -> bool:
-    """Return whether the crack of a case stops after an increment."""
+    """Return True if the crack of a case, with this `record`, stops after the increment."""
     return record["growth"] != "prescribed" and bool(increment.growth and increment.growth["ended"])
 
 
@@ -206,7 +206,7 @@ def _increment(folder: Path) -> Increment:
 
 
 def _front(path: Path) -> dict[str, np.ndarray] | None:
-    """Return the columns of a sif.csv; None without one, and of a crack that has no front left."""
+    """Return the columns of a sif.csv; None if the file does not exist or has no rows (no front left)."""
     table = front_table(path) if path.is_file() else None
     if table is None or not table.rows:
         return None
@@ -224,7 +224,7 @@ def _digests(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of craftmesh, Python and what the meshes depend on, by name."""
+    """Return the versions of Python and of the installed PACKAGES, by name."""
     found = {}
     for name in PACKAGES:
         try:
@@ -235,7 +235,7 @@ def versions() -> dict[str, str]:
 
 
 class Failure(NamedTuple):
-    """A case whose increments are not all there: a log that ends in an error, and that error."""
+    """A failure of an incomplete case: the log that ends in an error, and its last line; log may be ""."""
 
     case: str
     log: str
@@ -243,9 +243,9 @@ class Failure(NamedTuple):
 
 
 def failures(case: Case, results: Path) -> list[Failure]:
-    """Return the errors in which the logs of a case end, where it lacks increments that it was asked for.
+    """Return the errors at the ends of a case's logs, if increments of its record are missing; else [].
 
-    Without an error there is one entry, which says so: jobs that wait, run or were killed.
+    If no log ends in an error, there is one entry that says so: jobs wait, run or were killed.
     """
     done = case.increments
     if len(done) == case.record["increments"] or (done and has_ended(case.record, done[-1])):
@@ -255,9 +255,9 @@ def failures(case: Case, results: Path) -> list[Failure]:
 
 
 def log_errors(results: Path, case: str, since: float = 0.0) -> list[Failure]:
-    """Return the errors in which logs of a case end, of those not older than `since`.
+    """Return the errors at the ends of a case's logs that are not older than `since` (epoch seconds).
 
-    A job writes its log anew, so a stage that went well later has none.
+    Each job overwrites its log, so a stage that succeeded later has no error.
     """
     logs = results / "logs"
     found = [(path, last_line(path)) for path in sorted((logs / case).rglob("*.log"))]
@@ -269,7 +269,7 @@ def log_errors(results: Path, case: str, since: float = 0.0) -> list[Failure]:
 
 
 def last_line(path: Path) -> str:
-    """Return the last line of a text file that is not blank, empty without one."""
+    """Return the last non-blank line of a text file, "" if there is none."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return next((line for line in reversed(lines) if line.strip()), "")
 

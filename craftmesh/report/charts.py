@@ -1,8 +1,8 @@
-"""Charts of measures: histograms of elements, quantities against their sizes, and which has converged.
+"""Charts: histograms of element quality, quantities against element size with convergence, growth, loops.
 
-The criterion is that of the paper (section 3): the coarsest size from which on every finer one gives the
-quantity to within a tolerance of what the finest gives. The finest is the measure of the others, so
-it cannot be the one that has converged: then the sizes have to go on.
+Convergence is judged as in the paper (section 3). The converged size is the coarsest for which it and every
+finer size give the quantity within a tolerance of its value at the finest size. The finest size is the
+reference, so it never counts as converged; then still finer sizes are needed.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ with extra("pictures"):
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Histograms of quality.json: their names in words, and whether small or large values are bad.
+# Axis labels of the histograms in quality.json.
 HISTOGRAMS = {
     "aspect_ratio": "aspect ratio",
     "dihedral_min": "smallest dihedral angle [degrees]",
@@ -32,9 +32,9 @@ PER_ROW = 3
 
 
 class Converged(NamedTuple):
-    """A quantity of a sweep: a value for each size, None where there is none, and the size that converged.
+    """A quantity of a sweep, with a value or None for each size. size: the converged one, None if none.
 
-    judged: False for measures of the mesh, which need not converge, and where fewer than two have values.
+    judged: False for measures of the mesh, which need not converge, and if fewer than two have values.
     """
 
     quantity: str
@@ -46,9 +46,9 @@ class Converged(NamedTuple):
 def converged(
     quantity: str, sizes: Sequence[float], values: Sequence[float | None], tolerance: float
 ) -> Converged:
-    """Return how a quantity converges with sizes from coarse to fine.
+    """Return the convergence of a quantity whose `values` belong to `sizes`, from coarse to fine.
 
-    Values are compared with the finest that there is, as a share of it.
+    tolerance: largest difference from the finest size's value, relative to this value.
     """
     known = [(size, value) for size, value in zip(sizes, values) if value is not None]
     judged = quantity in SOLVED and len(known) >= FEWEST
@@ -65,7 +65,10 @@ def converged(
 def compared(
     sweep: Sweep, cases: Mapping[str, Case], quantity: str | None, tolerance: float
 ) -> tuple[str, list[Converged]]:
-    """Return the increment at which a sweep's cases are compared, the last of all, and how it goes."""
+    """Return the last increment that all cases of a sweep have, and the convergence of quantities in it.
+
+    quantity: the only one to compare, None for all that have values.
+    """
     count = min(len(cases[name].increments) for name in sweep.cases)
     increments = [cases[name].increments[count - 1] for name in sweep.cases]
     wanted = [quantity] if quantity else list(QUANTITIES)
@@ -75,7 +78,10 @@ def compared(
 
 
 def _mean(column: str, size: bool = False) -> Callable[[Increment], float | None]:
-    """Return what gives the mean of a column of sif.csv over the nodes at which it is known."""
+    """Return a function of an increment: the mean of a column of sif.csv where it is known, else None.
+
+    size: average absolute values.
+    """
 
     def mean(increment: Increment) -> float | None:
         if increment.front is None or column not in increment.front:
@@ -106,7 +112,7 @@ VALUES: dict[str, Callable[[Increment], float | None]] = {
 
 
 def histograms(qualities: Mapping[str, Mapping]) -> Figure:
-    """Return histograms of quality.json by increments: bars and shares of the last, lines of others."""
+    """Return a figure of quality.json's histograms by increment: bars for the last, lines for others."""
     figure = new_figure(11.0, 3.2)
     last = list(qualities)[-1]
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(qualities)))
@@ -119,7 +125,7 @@ def histograms(qualities: Mapping[str, Mapping]) -> Figure:
             else:
                 axes.step(np.arange(len(share)), share, where="mid", color=colour, lw=1, label=name)
         axes.set_xlabel(label)
-        axes.set_ylabel("share of the elements [%]")
+        axes.set_ylabel("fraction of the elements [%]")
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         axes.legend(handles, labels, title="earlier increments", fontsize=7, title_fontsize=7)
@@ -128,7 +134,7 @@ def histograms(qualities: Mapping[str, Mapping]) -> Figure:
 
 
 def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None]) -> None:
-    """Draw bars of equal width between the edges' names, each with its share where there is any."""
+    """Draw bars of equal width, heights `share` (%), labelled if > 0, with bin `edges` as tick labels."""
     axes.bar(np.arange(len(share)), share, width=0.92, color=BAR)
     for place, value in enumerate(share):
         if value > 0:
@@ -145,9 +151,9 @@ def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None]) -> None:
 def against_size(
     sweep: Sweep, found: Sequence[Converged], tolerance: float, words: Mapping[str, str] = QUANTITIES
 ) -> Figure:
-    """Return quantities against a sweep's sizes, in logarithmic steps, with the band of the tolerance.
+    """Return a figure of quantities against a sweep's sizes, on a log axis, with the tolerance as a band.
 
-    words: what the quantities are called.
+    words: titles of the quantities.
     """
     columns = min(PER_ROW, len(found))
     rows = -(-len(found) // columns)
@@ -176,9 +182,10 @@ def against_size(
 
 
 def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> Figure | None:
-    """Return K against the crack's size, its mean and range over the sure nodes, and the load cycles to it.
+    """Return a figure of K, kink angle and load cycles against crack size, with mean and range.
 
-    None where fewer than two increments have both.
+    Nodes that are not trusted are left out. units: names by quantity. None if fewer than two increments
+    have a size and a front.
     """
     known = [one for one in increments if one.size is not None and one.front is not None]
     if len(known) < 2:
@@ -210,7 +217,7 @@ def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> 
 
 
 def loops(history: Mapping[str, np.ndarray], unit: str) -> Figure:
-    """Return nominal stress against nominal strain of each face of a history, as of `Solution`."""
+    """Return a figure of nominal stress against strain of each face; history: as in `Solution`."""
     figure = new_figure(6.0, 4.4)
     axes = figure.add_subplot()
     for name in [name.removesuffix(" strain") for name in history if name.endswith(" strain")]:

@@ -1,4 +1,4 @@
-"""The numbers of the page: the paper's table, and how far cracks came."""
+"""The numbers in the report: the paper's table of elements, and the growth of cracks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -8,14 +8,18 @@ import numpy as np
 from craftmesh.growth.trust import Trust, doubted_sentence, trusted
 from craftmesh.report.case_files import Case, Increment
 
-# Tetrahedra of a uniform mesh in a cube of its edge length. Measured on the demo's volume, meshed uniformly
-# with edges of 1.5, 1.2 and 0.9: 11.6, 10.9 and 10.4, fewer the less the surface counts. The least, so
-# that reductions are rather told too small. (Of gradated meshes `campaign/effort` has the count.)
+# Tetrahedra per cube of the edge length in a uniform mesh. Measured on the demo's volume with edges of 1.5,
+# 1.2 and 0.9: 11.6, 10.9 and 10.4, less with less influence of the surface. The smallest is used, so that
+# reductions are not overestimated. (`campaign/effort` has the number for gradated meshes.)
 UNIFORM_TETS = 10.4
 
 
 class Row(NamedTuple):
-    """An increment's row of the paper's table; None where something is not known. Shares in percent."""
+    """An increment's row in the paper's table; unknown values are None. Fractions are in percent.
+
+    uniform: elements of a uniform mesh of l_min; reduction: relative to these; aspect: mean aspect ratio;
+    under_5: elements with a ratio below 5; drift: mean volume change of grains.
+    """
 
     increment: str
     elements: int
@@ -32,10 +36,10 @@ class Row(NamedTuple):
 
 
 class GrownRow(NamedTuple):
-    """What drives the crack of an increment, and how far it grows: least and largest along the fronts.
+    """K, kink angle and extension of an increment's crack: smallest and largest value along the fronts.
 
-    K and kink angle are those of the nodes that steer (`of_trusted`).
-    cycles: the load cycles to there and their doubt, None without a law that gives them.
+    K and kink angle are those of the nodes that steer growth (`of_trusted`). cycles: load cycles up to here
+    and their estimated error, None without a growth law that gives them.
     """
 
     increment: str
@@ -48,7 +52,7 @@ class GrownRow(NamedTuple):
 
 
 def table_row(increment: Increment) -> Row:
-    """Return an increment's row; a uniform mesh has edges of l_min throughout, and UNIFORM_TETS."""
+    """Return an increment's row; the uniform mesh compared has edges of l_min and UNIFORM_TETS."""
     measured, l_min = increment.quality, increment.lengths.get("l_min")
     drift = measured.get("volume_drift", {})
     uniform = UNIFORM_TETS * measured["volume"] / l_min**3 if l_min else None
@@ -69,7 +73,7 @@ def table_row(increment: Increment) -> Row:
 
 
 def grown_rows(case: Case) -> list[GrownRow]:
-    """Return a row for each increment of a case in which K is known along the front."""
+    """Return a row for each increment of a case that has K along its front."""
     return [
         _grown(increment.name, increment.front, increment.growth or {})
         for increment in case.increments
@@ -91,18 +95,18 @@ def _grown(name: str, front: Mapping[str, np.ndarray], growth: Mapping[str, Any]
 
 
 def trust_of(front: Mapping[str, np.ndarray]) -> Trust:
-    """Return which nodes of a sif.csv steer, as growth takes them."""
+    """Return the trust in each node of a sif.csv, as growth judges it."""
     return trusted(front["flags"].tolist(), front.get("front"), front.get("s"))
 
 
 def of_trusted(front: Mapping[str, np.ndarray], column: str) -> np.ndarray:
-    """Return a column of sif.csv at the nodes that steer; at all where it is known at none of them."""
+    """Return a column of sif.csv at the nodes that steer growth, or at all nodes if these have no value."""
     own = front[column][trust_of(front).steers]
     return own if np.isfinite(own).any() else front[column]
 
 
 def outcome(case: Case) -> str:
-    """Return in sentences how far a case came, and by which K that are not to be trusted."""
+    """Return sentences on the progress of a case, and on increments with fronts whose K is not reliable."""
     found = [(one.name, trust_of(one.front).doubted) for one in case.increments if one.front is not None]
     doubts = [f"Increment {name}: {doubted_sentence(fronts)}." for name, fronts in found if fronts]
     return " ".join([_outcome(case), *doubts])
@@ -115,11 +119,11 @@ def _outcome(case: Case) -> str:
             return f"The crack stops after increment {increment.name}: {increment.growth['ended']}."
     if done < asked:
         return f"{done} of {asked} increments are done."
-    return f"{done} increment{'s' * (done != 1)}, as many as were asked for."
+    return f"{done} increment{'s' * (done != 1)}, as many as requested."
 
 
 def totals(rows: Sequence[Row]) -> dict[str, float | None]:
-    """Return what the summary says of the rows of all increments: the worst of each, not the mean."""
+    """Return the summary's numbers from the rows of all increments: sums and extremes, no means."""
     reductions = [row.reduction for row in rows if row.reduction is not None]
     drifts = [row.worst_drift for row in rows if row.worst_drift is not None]
     return {

@@ -1,4 +1,4 @@
-"""Pictures of an increment: its grains, the size of its elements, its crack; deformed, and its stress."""
+"""Pictures of an increment: grains, element sizes, crack, deformed body, stress and slip."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -29,12 +29,12 @@ with extra("pictures"):
     from matplotlib.colors import Normalize, to_rgb
     from matplotlib.figure import Figure
 
-LIP = to_rgb("antiquewhite")  # the crack where grains are coloured
+LIP = to_rgb("antiquewhite")  # colour of the crack face in pictures by grain
 FRONT = "crimson"
 
 
 def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
-    """Return pictures by name: `grains`, `sizes`, and of a crack `crack`."""
+    """Return figures by name: `grains`, `sizes` and, if there is a crack, `crack`."""
     whole = view_from(shown.towards, shown.points)
     scale = scale_of(shown.lengths)
     pictures = {"grains": _bodies(shown, whole, _by_grain)}
@@ -46,7 +46,10 @@ def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
 
 
 def _bodies(shown: ShownMesh, view: View, colours: Callable[[Facets], np.ndarray]) -> Figure:
-    """Return the body, whole and cut open along the crack, in the colours of its facets."""
+    """Return a figure of the body, whole and cut open along the crack.
+
+    colours: function that returns the colours (m, 3, 3) of facets at their corners.
+    """
     figure, axes = two_pictures()
     for place, facets in zip(axes, (shown.skin, shown.opened)):
         draw_body(place, shown.points, facets.triangles, colours(facets), view, lined=True)
@@ -67,14 +70,14 @@ def _crack(shown: ShownMesh, scale: Normalize) -> Figure:
 
 
 def _by_grain(facets: Facets) -> np.ndarray:
-    """Return colours (m, 3, 3) by grain, and a plain one on lips."""
+    """Return colours (m, 3, 3) of facets' corners by grain, LIP on crack faces."""
     colours = matplotlib.colormaps[GRAINS](facets.grain % 20)[:, :3]
     colours[facets.is_lip] = LIP
     return np.repeat(colours[:, None], 3, axis=1)
 
 
 def _by_length(shown: ShownMesh, facets: Facets, scale: Normalize) -> np.ndarray:
-    """Return colours (m, 3, 3) by the lengths at the corners."""
+    """Return colours (m, 3, 3) of facets' corners by mean edge length."""
     return matplotlib.colormaps[COLOURS](scale(shown.lengths[facets.triangles]))[..., :3]
 
 
@@ -93,7 +96,7 @@ def _add_scale(figure: Figure, scale: Normalize) -> None:
 class SolvedMesh(NamedTuple):
     """A solved mesh; elements (m, 4) on points (p, 3) with stress (p, 6) as 11, 22, 33, 12, 13, 23.
 
-    slip (p,): accumulated on all systems, None where it is not known.
+    slip (p,): accumulated on all slip systems, None if unknown.
     """
 
     mesh: TetMesh
@@ -105,14 +108,15 @@ class SolvedMesh(NamedTuple):
 
 
 def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
-    """Return pictures by name: `deformed`, `stress` and `slip` on a plane through the middle of the fronts.
+    """Return figures by name: `deformed`, and `stress` and `slip` on a plane through the fronts' mean.
 
-    The plane is square to the axis that is most nearly along the crack, so that it shows the crack's trace.
+    The plane is perpendicular to the axis that is closest to the crack plane, and shows the crack's trace.
+    Raises CraftmeshError if the solution has fewer nodes than the mesh.
     """
     found, needed = len(solved.solution.displacement), len(shown.points)
     if found < needed:
         raise CraftmeshError(
-            f"the solution has {found} nodes and the mesh {needed}; give the solution of this mesh"
+            f"the solution has {found} nodes, but the mesh has {needed}; give the solution of this mesh"
         )
     box = solved.mesh.box
     front = np.concatenate([*shown.fronts, np.zeros(0, np.int64)])

@@ -1,4 +1,4 @@
-"""The page of all campaigns in a folder of results: one self-contained html."""
+"""The report on all campaigns in a results folder: one self-contained HTML page."""
 
 import base64
 import json
@@ -22,23 +22,23 @@ with extra("pictures"):
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-# Pictures of an increment are some 180 kB of text: a page of more bytes than this is slow to open. Then
-# increments between a case's first and last one are left out, evenly.
+# Largest total size of pictures in bytes; larger pages open slowly. Beyond it, increments between a case's
+# first and last are left out evenly. The pictures of an increment take about 180 kB.
 MOST_PICTURES = 24_000_000
 CAPTIONS = {
-    "grains": "The body by grain, whole and cut open along the crack. Light: the crack; red: its front.",
-    "sizes": "Element size: mean length of the edges at each node. Fine at the front, coarse far from it.",
-    "crack": "The crack's face seen along its normal, by grain and by element size. Red: its front.",
-    "deformed": "The loaded body, its displacement magnified.",
+    "grains": "The body by grain, whole and cut open along the crack. Light: crack; red: crack front.",
+    "sizes": "Element size: mean length of the edges at each node, fine at the front, coarse far from it.",
+    "crack": "The crack face seen along its normal, by grain and by element size. Red: crack front.",
+    "deformed": "The loaded body with magnified displacement.",
     "stress": "Largest principal stress on a plane through the middle of the front.",
-    "slip": "Slip accumulated on all systems, on the same plane.",
+    "slip": "Accumulated slip of all slip systems, on the same plane.",
 }
 
 
 def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure] = ()) -> str:
-    """Return the page of cases with increments, and what failed of any; the same cases give the same text.
+    """Return the HTML page of cases, each with increments, and of failures; same input gives same text.
 
-    What the jobs took is between `<!--times-->` and `<!--/times-->`: it differs from run to run.
+    The costs of jobs, which differ between runs, are between `<!--times-->` and `<!--/times-->`.
     """
     rows = {case.name: [table_row(increment) for increment in case.increments] for case in cases}
     shown = _shown(cases)
@@ -61,7 +61,7 @@ def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure
 
 
 def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
-    """Return what the template of a case shows."""
+    """Return the variables of the template of a case; shown: names of increments with pictures."""
     last = case.increments[-1]
     return {
         "name": case.name,
@@ -93,31 +93,29 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
 
 
 def _units(case: Case) -> dict[str, str]:
-    """Return the units by quantity that a case's configuration names."""
+    """Return the unit names by quantity from a case's configuration."""
     return UnitsOptions(**case.record["config"].get("units", {})).by_quantity()
 
 
 def _charts(case: Case) -> list[tuple[str, str]]:
-    """Return captions and pictures of a whole case: how its crack grew, and its elements' shapes."""
+    """Return captions and pictures of a case's charts: crack growth, load history and element shapes."""
     charts = []
     last = case.increments[-1]
     solved = {inc.name: inc.front for inc in case.increments if inc.front is not None}
     cracks = {inc.name: inc.crack for inc in case.increments if inc.crack is not None}
     if solved:
-        text = "Stress intensities and kink angle along the front by increment; dashed: its second front."
+        text = "Stress intensity factors and kink angle along the front by increment; dashed: second front."
         charts.append((text, along_front(solved, _units(case).get("K", ""))))
     grown = against_crack(case.increments, _units(case))
     if grown is not None:
-        text = "Against the crack's size: mean of the front, and its range without uncertain nodes."
+        text = "Against the crack size: mean along the front, and range, without uncertain nodes."
         charts.append((text, grown))
     if solved and len(cracks) > 1 and last.scene is not None:
-        text = "The crack in the body, and along its normal: what each increment added, and its fronts."
+        text = "The crack in the body, and along its normal: extension in each increment, and fronts."
         box, towards = np.array(last.scene["box"]), np.array(last.scene["towards"])
         charts.append((text, crack_by_increment(cracks, box, towards)))
     if last.history:
-        text = (
-            f"Increment {last.name}: stress and strain of the loaded faces through the history of the load."
-        )
+        text = f"Increment {last.name}: stress and strain of the loaded faces during the load history."
         told = "; ".join(f"{name} {value:.4g}" for name, value in last.at_fronts.items())
         text += f" At its end {told}." if told else ""
         charts.append((text, loops(last.history, _units(case).get("stress", ""))))
@@ -127,7 +125,7 @@ def _charts(case: Case) -> list[tuple[str, str]]:
 
 
 def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:
-    """Return the increments whose pictures are on the page: all, or as many as MOST_PICTURES admits."""
+    """Return the increments with pictures in the page, by case: all, or as many as MOST_PICTURES allows."""
     sizes = [len(picture) for case in cases for inc in case.increments for picture in inc.pictures.values()]
     share = min(1.0, MOST_PICTURES / max(sum(sizes) * 4 / 3, 1))
     shown = {}
@@ -140,7 +138,7 @@ def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:
 
 
 def _scene(case: Case) -> str | None:
-    """Return what the view in three dimensions shows: the last body, and the crack of each increment."""
+    """Return JSON for the 3-D view: the last body, and each increment's crack; None without scenes."""
     scenes = {inc.name: inc.scene for inc in case.increments if inc.scene is not None}
     if not scenes:
         return None
@@ -150,7 +148,7 @@ def _scene(case: Case) -> str | None:
         for name, one in scenes.items()
     ]
     whole = {key: last[key] for key in ("box", "lengths", "normal", "towards", "skin")}
-    # in a script, `</` would end it
+    # `</` would end the HTML script element
     return Markup(json.dumps(whole | {"cracks": cracks}, separators=(",", ":")).replace("</", "<\\/"))
 
 
@@ -182,7 +180,7 @@ def _embedded(picture: bytes) -> str:
 
 
 def _number(value: float | None, digits: int = 4) -> str:
-    """Return a number for readers: counts with thin spaces, others with so many digits, none as a dash."""
+    """Return a number as text: counts with thin spaces, others with `digits` digits, None as a dash."""
     if value is None:
         return "–"
     if isinstance(value, int) or abs(value) >= 10**digits:
@@ -195,7 +193,7 @@ def _span(values: tuple[float, float] | None, digits: int = 3) -> str:
 
 
 def _name(value: Any) -> Any:
-    """Return a path without the folders of the machine that made the page, anything else as it is."""
+    """Return the file name of an absolute path, without the machine's folders; other values unchanged."""
     return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
 
 

@@ -1,4 +1,4 @@
-"""Pictures of cracks that grow: their surfaces, what drives them, the deformed body, a cut's stress."""
+"""Pictures of growing cracks: surfaces, K along fronts, deformed bodies, and values on a plane."""
 
 import io
 from collections.abc import Mapping
@@ -25,28 +25,28 @@ with extra("pictures"):
     from mpl_toolkits.mplot3d import Axes3D
     from PIL import Image
 
-GRAINS = "tab20"  # twenty colours, one grain after another
-STYLES = ("-", "--", ":", "-.")  # of the fronts of one crack
+GRAINS = "tab20"  # colour map of grains: twenty colours, used in turn
+STYLES = ("-", "--", ":", "-.")  # line styles of the fronts of one crack
 DPI = 110
 COLOURS = "viridis"
-BELOW = 0.14  # of a crack's width: room under it for the directions of the axes
-TOWARDS = seen_from(2)  # from where a body is looked at that nothing is known of
-PIXELS = 560  # of a body's width
-WEBP = 82  # of 100: a lined mesh takes 40 kB and looks like its .png of 330
-# Of the body's diagonal: how far the point that moves most is shown from where it was.
+BELOW = 0.14  # space below a crack for the axis directions, over the crack's width
+TOWARDS = seen_from(2)  # default direction from which a body is seen
+PIXELS = 560  # width of a body's picture
+WEBP = 82  # quality of .webp, of 100: a lined mesh takes 40 kB and looks like its .png of 330
+# Largest displacement as shown, over the body's diagonal.
 SHOWN_MOVE = 0.08
-# Of the distance from the crack before: what is not nearer to it than to its fronts lies ahead of them. A
-# strip that is laid again, turned by up to 26 degrees, is nearer at two thirds of its width.
+# Least ratio of a triangle's distance from the previous crack to that from its fronts, above which the
+# triangle is ahead of these. A layer made again, turned by up to 26 degrees, has 2/3 at most.
 AHEAD = 0.9
-# Stresses have no bound beside a crack front: scales leave out this percentage at either end.
+# Percentage of values cut off at each end of a colour scale, as stresses at a crack front are unbounded.
 LEFT_OUT = 1.0
 
 
 def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np.ndarray) -> Figure:
-    """Return the crack's surface in the box (2, 3), what each increment added in a colour, and its fronts.
+    """Return a figure of a crack's surface in the box (2, 3), coloured by increment, with all fronts.
 
-    cracks: by the increments' names, each crack holding the one before; seen from `towards` (3,), and along
-    the normal of the last.
+    cracks: by increment name; each contains the one before. The figure has two views: from the direction
+    `towards` (3,), and along the normal of the last crack.
     """
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(cracks)))
     last = list(cracks.values())[-1]
@@ -73,7 +73,7 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np
 
 
 def two_pictures() -> tuple[Figure, list[Axes]]:
-    """Return a figure of two pictures, with room for a scale beside them, and their axes."""
+    """Return a figure for two pictures, with space for a colour bar, and the axes of both."""
     figure = new_figure(10.4, 4.4)
     axes = figure.subplots(1, 2)
     figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
@@ -83,7 +83,10 @@ def two_pictures() -> tuple[Figure, list[Axes]]:
 def draw_body(
     axes: Axes, points: np.ndarray, triangles: np.ndarray, colours: np.ndarray, view: View, lined: bool
 ) -> None:
-    """Draw triangles (m, 3) on points (n, 3) in colours (m, 3, 3) of their corners, and the directions."""
+    """Draw triangles (m, 3) on points (n, 3) with colours (m, 3, 3) of their corners, and axis directions.
+
+    lined: also draw the triangles' edges.
+    """
     picture = shaded(points, triangles, colours, view, PIXELS, lined)
     axes.imshow(picture, extent=view.extent, interpolation="bilinear")
     axes.set_axis_off()
@@ -91,16 +94,17 @@ def draw_body(
 
 
 def box_edges(box: np.ndarray) -> np.ndarray:
-    """Return the ends (12, 2, 3) of the edges of a box (2, 3)."""
+    """Return the end points (12, 2, 3) of the edges of a box (2, 3)."""
     corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     return np.array([corner[[i, i | bit]] for bit in (1, 2, 4) for i in range(8) if not i & bit])
 
 
 def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles (m, 3, 3) in the box that each crack added, and which crack's they are (m,).
+    """Return the triangles (m, 3, 3) in the box that each crack adds to the one before, and its index (m,).
 
-    What a crack added lies ahead of the fronts of the one before: these are the nearest of it. The strip of
-    the step before, laid again, is off that one but beside it, and is shown as it was first laid.
+    Added triangles are ahead of the previous fronts: nearer to these than to other parts of the previous
+    crack. The last step's layer, if corrected, lies off the previous crack but next to it, so it is not
+    among them and is shown as first made.
     """
     found, whose = [], []
     before: Crack | None = None
@@ -121,7 +125,7 @@ def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np
 
 
 def draw_directions(axes: Axes, view: View) -> None:
-    """Draw the directions of x, y and z into the lower left corner, those that are seen from aside."""
+    """Draw arrows along x, y and z in the lower left corner, except for an axis along the line of sight."""
     reach = 0.06 * (view.high - view.low).max()
     arrows = reach * view.frame[:2].T
     root = view.low + 1.5 * (reach - np.minimum(arrows.min(axis=0), 0))
@@ -132,20 +136,20 @@ def draw_directions(axes: Axes, view: View) -> None:
 
 
 def plain(text: str) -> str:
-    """Return a user's text as one that matplotlib does not take for a formula."""
+    """Return a user's text with `$` escaped, so that matplotlib does not read it as a formula."""
     return text.replace("$", r"\$")
 
 
 def with_unit(key: str, unit: str) -> str:
-    """Return what a column of sif.csv is called on an axis; unit: of K, empty where it is not known."""
+    """Return the axis label of a column of sif.csv; unit: of K, empty if unknown."""
     return "kink angle [degrees]" if key == "kink_angle" else f"{key} [{plain(unit)}]" if unit else key
 
 
 def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") -> Figure:
-    """Return K_I, K_II, K_III and the kink angle along the fronts, a line for each increment.
+    """Return a figure of K_I, K_II, K_III and the kink angle along the fronts, a line per increment.
 
-    rows: columns of sif.csv by the increments' names; unit: of K; s is shown over its largest value, front
-    by front.
+    rows: columns of sif.csv by increment name; unit: of K. The arc length s is divided by each front's
+    largest s.
     """
     figure = new_figure(9.0, 5.6)
     axes = figure.subplots(2, 2, sharex=True).ravel()
@@ -161,7 +165,7 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") ->
                 place.set_ylabel(label)
                 place.grid(alpha=0.3)
     for place in axes[2:]:
-        place.set_xlabel("along the front, share of its length")
+        place.set_xlabel("arc length along the front / its length")
     axes[0].legend(title="increment", fontsize=8)
     figure.tight_layout()
     return figure
@@ -170,9 +174,10 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") ->
 def deformed_body(
     points: np.ndarray, facets: np.ndarray, displacement: np.ndarray, towards: np.ndarray = TOWARDS
 ) -> Figure:
-    """Return the free facets (m, 3) moved by the displacement (n, 3), coloured by it, from `towards`.
+    """Return a figure of the free facets (m, 3), deformed and coloured by the displacement (n, 3).
 
-    points (n, 3). The largest displacement is shown as SHOWN_MOVE of the body's diagonal.
+    points (n, 3); towards (3,): direction from which the body is seen. The displacement is scaled so that
+    its largest value is SHOWN_MOVE of the body's diagonal.
     """
     size = np.linalg.norm(displacement, axis=1)
     factor = SHOWN_MOVE * np.linalg.norm(np.ptp(points, axis=0)) / max(size.max(), 1e-300)
@@ -189,7 +194,10 @@ def deformed_body(
 def value_on_plane(
     points: np.ndarray, tets: np.ndarray, values: np.ndarray, origin: np.ndarray, axis: int, name: str
 ) -> Figure:
-    """Return values (m,) of tets (m, 4), called `name`, on the plane through `origin` square to an axis."""
+    """Return a figure of values (m,) of tets (m, 4) on the plane through `origin` perpendicular to `axis`.
+
+    points (n, 3); origin (3,); name: label of the values.
+    """
     polygons, rows = cut_tets(points, tets, origin[axis], axis)
     first, second = (k for k in range(3) if k != axis)
     figure = new_figure(6.0, 4.4)
@@ -208,18 +216,18 @@ def value_on_plane(
 
 
 def scale_of(values: np.ndarray) -> Normalize:
-    """Return the scale of colours that holds all values but LEFT_OUT per cent at either end."""
+    """Return the colour scale of all values except LEFT_OUT percent at each end."""
     return Normalize(*np.percentile(values, [LEFT_OUT, 100 - LEFT_OUT]))
 
 
 def frame_box(axes: Axes3D, box: np.ndarray) -> None:
-    """Set limits and names of the axes to those of a box (2, 3), with one scale."""
+    """Set limits and labels of 3-D axes to a box (2, 3), with the same scale on all axes."""
     x, y, z = box.T
     axes.set(xlim=x, ylim=y, zlim=z, xlabel="x", ylabel="y", zlabel="z", box_aspect=np.ptp(box, axis=0))
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return a figure of that size in inches, drawn without a screen."""
+    """Return a figure of the given size in inches, which needs no screen."""
     figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)
     return figure

@@ -1,4 +1,4 @@
-"""A crack in its microstructure, before anything is meshed: what it meets, and a picture of it."""
+"""Preview of a crack in its microstructure before meshing: grains and boundaries met, and a picture."""
 
 from dataclasses import dataclass
 
@@ -22,17 +22,17 @@ with extra("pictures"):
     from mpl_toolkits.mplot3d import Axes3D
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-PLAIN = "silver"  # a crack that was refused
+PLAIN = "silver"  # colour of a crack that was rejected
 
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """What a crack meets.
+    """A crack in a microstructure.
 
-    crack, and traces on the surface's facets; inserted: the surface with the crack in it, None where that
-    was refused, for the reason `refused`; grains: ids that it meets; area, front_length: by grain, empty
-    where it was refused; fronts: (closed?, length, faces of its ends); oblique: boundaries met at less
-    than a limit.
+    traces: of the crack on the surface's facets; inserted: the surface with the crack in it, None if the
+    insertion was rejected; refused: the reason, else ""; grains: ids that the crack meets; area,
+    front_length: by grain, empty if rejected; fronts: of each, whether it is closed, its length, and the
+    faces at its ends; oblique: boundaries that the crack meets below a limiting angle.
     """
 
     crack: Crack
@@ -48,13 +48,13 @@ class Preview:
 
 
 def met_grains(found: Traces, surface: Surface) -> tuple[int, ...]:
-    """Return the grains on both sides of the facets that the crack cuts."""
+    """Return the ids of grains on both sides of the facets that the crack cuts."""
     ids = np.unique(surface.sides[found.facet])
     return tuple(ids[ids > 0].tolist())
 
 
 def grain_measures(surface: Surface) -> tuple[dict[int, float], dict[int, float]]:
-    """Return the area of the crack and the length of its front in each grain that it is in.
+    """Return the crack's area and its front's length, each by id of the grains that contain the crack.
 
     A facet or an edge between two grains counts half for each.
     """
@@ -71,7 +71,7 @@ def grain_measures(surface: Surface) -> tuple[dict[int, float], dict[int, float]
 
 
 def front_lines(surface: Surface) -> tuple[tuple[bool, float, tuple[str, ...]], ...]:
-    """Return, for each front of the crack in a surface: closed or not, its length, where its ends lie."""
+    """Return for each crack front of a surface whether it is closed, its length, and its ends' faces."""
     edges = front_edges(surface)
     if not len(edges):
         return ()
@@ -89,7 +89,7 @@ def front_lines(surface: Surface) -> tuple[tuple[bool, float, tuple[str, ...]], 
 
 
 def _faces_at(surface: Surface, point: int) -> str:
-    """Return the names of the free faces that a point lies on: XMIN, XMIN_ZMAX, VOID_3, EXTERIOR."""
+    """Return names of free faces at a point (its id), such as XMIN_ZMAX or VOID_3, or "inside"."""
     at = (surface.facets == point).any(axis=1)
     kinds = np.unique(surface.kind[at & is_on_box(surface.kind)])
     names = [BOX_PLANES[kind - 1] for kind in kinds.tolist()]
@@ -100,18 +100,18 @@ def _faces_at(surface: Surface, point: int) -> str:
 
 
 def preview_picture(preview: Preview, limit: float) -> bytes:
-    """Return a .png of the crack by grains, its front, the box, its traces: red under `limit` degrees."""
+    """Return a .png of the crack by grain, its front, the box, and traces, red below `limit` degrees."""
     figure = new_figure(11.0, 5.2)
     triangles, colours, fronts = _shown(preview)
     _in_box(figure.add_subplot(1, 2, 1, projection="3d"), preview, triangles, colours, fronts)
     _from_ahead(figure, preview, triangles, colours, fronts, limit)
     if preview.refused:
-        figure.suptitle("refused: " + preview.refused, fontsize=8, color="firebrick", wrap=True)
+        figure.suptitle("rejected: " + preview.refused, fontsize=8, color="firebrick", wrap=True)
     return as_png(figure)
 
 
 def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | str, list[np.ndarray]]:
-    """Return the crack's triangles (k, 3, 3) in the box, their colours, and the fronts' edges (j, 3)."""
+    """Return the crack's triangles (k, 3, 3) in the box, their colours, and its fronts as lines (j, 3)."""
     box, surface = preview.box, preview.inserted
     if surface is None:
         corners = preview.crack.points[preview.crack.triangles]
@@ -144,7 +144,7 @@ def _from_ahead(
     fronts: list,
     limit: float,
 ) -> None:
-    """Draw the crack as seen along its normal, its traces and the numbers of its grains."""
+    """Draw the crack seen along its normal, with its traces and the ids of its grains."""
     axes = figure.add_subplot(1, 2, 2)
     normal = best_fit_frame(preview.crack.points, preview.crack.triangles)[2]
     frame = frame_along(normal, np.eye(3)[np.argmin(np.abs(normal))])
@@ -166,7 +166,7 @@ def _from_ahead(
 
 
 def _label_places(preview: Preview) -> dict[int, np.ndarray]:
-    """Return for each grain that the crack is in the centre (3,) of the facet nearest to their middle."""
+    """Return a label position (3,) by id of the crack's grains: the facet centre nearest to their mean."""
     surface = preview.inserted
     if surface is None:
         return {}

@@ -1,4 +1,4 @@
-"""Shaded pictures of triangles, seen from afar."""
+"""Shaded pictures of triangles in parallel projection."""
 
 from functools import reduce
 from typing import NamedTuple
@@ -8,18 +8,19 @@ import numpy as np
 from craftmesh.report.kernels.raster import draw
 from craftmesh.surface.measure import unit_normals
 
-# Pixels are drawn so many times finer and then averaged, against steps along edges.
+# Oversampling: pixels are drawn this many times finer along each axis and averaged, for smooth edges.
 FINER = 2
-DARKEST = 0.5  # brightness of a facet seen edge-on, over that of one seen from ahead
-MARGIN = 0.02  # round what is seen, of its width or height
-AHEAD = 0.8  # cosine of the view's direction and z from which z is ahead rather than up
+DARKEST = 0.5  # brightness of a facet seen edge-on, relative to one that faces the viewer
+MARGIN = 0.02  # margin around the body, over the larger of its width and height
+AHEAD = 0.8  # cosine between line of sight and z, above which y is up instead of z
 LINE_WIDTH = 0.45  # pixels
-# Lines of facets with shorter edges would hide their colours; they fade in over a factor of 2 above that.
-SHORTEST_LINED = 5.0  # pixels
+# Pixels, mean edge above which a triangle's edges are drawn; they fade in up to twice this length. Lines on
+# smaller triangles would hide the colours.
+SHORTEST_LINED = 5.0
 
 
 class View(NamedTuple):
-    """Who looks from where: frame (3, 3), rows to the right, up, and towards who looks; what fits in.
+    """A parallel view. frame (3, 3): rows are the directions right, up, and towards the viewer.
 
     low, high (2,): the picture's lower left and upper right corner along the first two rows.
     """
@@ -29,19 +30,19 @@ class View(NamedTuple):
     high: np.ndarray
 
     def flat(self, points: np.ndarray) -> np.ndarray:
-        """Return points (n, 3) in the picture's plane (n, 2)."""
+        """Return coordinates (n, 2) of points (n, 3) in the picture's plane."""
         return points @ self.frame[:2].T
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """Left, right, bottom and top, as matplotlib has them."""
+        """Left, right, bottom and top of the picture, in matplotlib's order."""
         return self.low[0], self.high[0], self.low[1], self.high[1]
 
 
 def view_from(towards: np.ndarray, points: np.ndarray, below: float = 0.0) -> View:
-    """Return the view of points (n, 3) from `towards` (3,): z is up, or y where z is ahead.
+    """Return the view of points (n, 3) from the direction `towards` (3,), z up, or y if it is along z.
 
-    below: room under them, as a share of their width.
+    below: space below the points, as a fraction of their width.
     """
     towards = np.asarray(towards, float) / np.linalg.norm(towards)
     up = np.eye(3)[1 if abs(towards[2]) > AHEAD else 2]
@@ -57,9 +58,9 @@ def view_from(towards: np.ndarray, points: np.ndarray, below: float = 0.0) -> Vi
 def shaded(
     points: np.ndarray, triangles: np.ndarray, colours: np.ndarray, view: View, width: int, lined: bool
 ) -> np.ndarray:
-    """Return a picture (h, w, 4), 0 to 1, of triangles (m, 3) with colours (m, 3, 3) of their corners.
+    """Return a picture (h, width, 4), 0 to 1, of triangles (m, 3) with colours (m, 3, 3) of their corners.
 
-    points (n, 3). Pixels without a triangle are transparent. lined: show the triangles' edges where they
+    points (n, 3). Pixels without a triangle are transparent. lined: draw the triangles' edges where they
     are long enough.
     """
     wide = FINER * width

@@ -1,4 +1,4 @@
-"""What of a mesh is shown: skin, cut open at the crack, lip and fronts; a plane's cut; the page's view."""
+"""Visible parts of a mesh: skin, body cut open, crack face, fronts, plane sections, and the 3-D view."""
 
 import base64
 from typing import NamedTuple
@@ -20,17 +20,18 @@ from craftmesh.mesh.tet_connectivity import (
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.types import TetMesh
 
-# The view along the two axes beside the one that faces it, over that: a lip is seen well, and two faces.
+# View direction's components on two axes, over that on the third, which is nearest to the crack's normal.
+# The crack face and two box faces are then well visible.
 ASIDE = (0.75, 0.55)
-SIDES = np.array([1.0, -1.0, 1.0])  # the side of each axis, where nothing tells it
-COARSER = 1.2  # the grid's cells grow by this until the triangles are few enough
-# Triangles of the body's skin, and of the crack: some 180 kB of text a case and increment at most.
+SIDES = np.array([1.0, -1.0, 1.0])  # default signs of the view direction
+COARSER = 1.2  # factor by which grid cells grow until the triangles are few enough
+# Most triangles of the skin, and of the crack face: about 180 kB of text per increment.
 MOST_TRIANGLES = 6500
-LEVELS = np.iinfo(np.uint16).max  # of coordinates within the box, and of lengths
+LEVELS = np.iinfo(np.uint16).max  # integer steps of coordinates within the box, and of lengths
 
 
 class Facets(NamedTuple):
-    """Triangles (m, 3) of a mesh's nodes, the grain (m,) behind each, and which are a crack's lip (m,)."""
+    """Triangles (m, 3) of a mesh's nodes, the grain (m,) behind each, and a mask (m,) of crack faces."""
 
     triangles: np.ndarray
     grain: np.ndarray
@@ -38,12 +39,12 @@ class Facets(NamedTuple):
 
 
 class ShownMesh(NamedTuple):
-    """A mesh of 4-node elements to be shown.
+    """The visible parts of a mesh of 4-node elements.
 
     points (n, 3); lengths (n,): mean length of the edges at each node; skin: facets of box, voids and
-    exterior; opened: facets of the body without what lies before the crack's plane; lip: those of lips A;
-    fronts: node ids, the first one again at the end of closed ones; normal (3,) of that plane, towards who
-    looks, and centre (3,) on it; towards (3,): where the body is looked at from.
+    exterior; opened: facets of the body without the part in front of the crack's plane; lip: facets of
+    crack faces A; fronts: node ids, the first repeated at the end of a closed front; normal (3,) of the
+    crack's plane, towards the viewer, and centre (3,) on it; towards (3,): direction to the viewer.
     """
 
     points: np.ndarray
@@ -58,7 +59,7 @@ class ShownMesh(NamedTuple):
 
 
 def shown_mesh(mesh: TetMesh) -> ShownMesh:
-    """Return what is shown of `mesh`; without a crack it is cut open in the middle, square to z."""
+    """Return the visible parts of a mesh; without a crack it is cut at its middle, perpendicular to z."""
     tets = mesh.tets[:, :4]
     faces = lip_faces(mesh.face_sets)[0]
     lip = _facets(mesh, tets, faces, True)
@@ -87,28 +88,34 @@ def _facets(mesh: TetMesh, tets: np.ndarray, faces: np.ndarray, lip: bool) -> Fa
 
 
 def _plane(mesh: TetMesh, lip: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return normal and centre of the plane that the body is cut open along, and the direction of view."""
+    """Return normal and centre of the plane along which the body is cut open, and the view direction.
+
+    lip (k, 3): triangles of crack faces A.
+    """
     box = mesh.box
     centre, normal = box.mean(axis=0), np.array([0.0, 0.0, 1.0])
     if len(lip):
         normal = best_fit_frame(mesh.points, lip)[2]
         centre = mesh.points[lip].mean(axis=(0, 1))
     off = (centre - box.mean(axis=0)) / np.ptp(box, axis=0)
-    # from the side to which the crack is nearest, so that its mouth is seen
+    # seen from the side nearest to the crack, so that its mouth is visible
     sign = np.where(np.abs(off) > 1e-6, np.sign(off), SIDES)
     facing = int(np.abs(normal).argmax())
     return normal * np.sign(normal[facing]), centre, seen_from(facing, sign)
 
 
 def seen_from(facing: int, sign: np.ndarray = SIDES) -> np.ndarray:
-    """Return a direction of view (3,) in which an axis faces it; sign (3,): the sides of the two others."""
+    """Return a view direction (3,) mainly along the axis `facing`; sign (3,): of its other components."""
     return np.where(np.arange(3) == facing, 1.0, sign * np.insert(ASIDE, facing, 1.0))
 
 
 def _below(
     places: np.ndarray, points: np.ndarray, lip: np.ndarray, normal: np.ndarray, centre: np.ndarray
 ) -> np.ndarray:
-    """Tell which places (k, 3) are below the crack, or beside it below its nearest triangle."""
+    """Return a mask (k,) of points `places` (k, 3) below the crack or beside it, below its extension.
+
+    lip (t, 3): the crack's triangles on `points`; normal, centre (3,): of its plane, along which is up.
+    """
     height = (places - centre) @ normal
     below = height < 0
     corners = points[lip] - centre
@@ -120,7 +127,7 @@ def _below(
         slope = -(vectors @ across) / np.where(along == 0, np.inf, along)[:, None]
         away, nearest = cKDTree(middle @ across).query((places[near] - centre) @ across)
         aside = (places[near] - centre - middle[nearest]) @ across
-        # no further up the slope than the triangle reaches
+        # the triangle's slope is extended by at most its own size
         reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)[nearest]
         share = np.minimum(1, reach / np.maximum(away, np.finfo(float).tiny))
         rise = np.einsum("ij,ij->i", slope[nearest], aside) * share
@@ -129,7 +136,7 @@ def _below(
 
 
 def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
-    """Return the facets of the elements `kept` (m,) that no two of them share."""
+    """Return the outer facets of the elements in the mask `kept` (m,)."""
     own = np.flatnonzero(kept)
     rows = free_half_faces(tets[own])
     rows = 4 * own[rows // 4] + rows % 4
@@ -142,10 +149,11 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
 def cut_tets(
     points: np.ndarray, tets: np.ndarray, level: float, axis: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the polygons (p, 4, 2) in which a plane square to an axis cuts tetrahedra (m, 4), and which.
+    """Return polygons (p, 4, 2), sections of tetrahedra (m, 4) by a plane, and the rows (p,) of these.
 
-    points (n, 3); polygons have the two other coordinates, and corners in an order that goes round; a
-    triangle has its last corner twice. Corners of tetrahedra on the plane count as below it.
+    points (n, 3). The plane is perpendicular to `axis` at the coordinate `level`; polygons have the other
+    two coordinates. Corners are in cyclic order; a triangle has its last corner twice. Tetrahedron corners
+    on the plane count as below it.
     """
     above = points[:, axis] > level
     rows = np.flatnonzero(above[tets].any(axis=1) & ~above[tets].all(axis=1))
@@ -164,12 +172,11 @@ def cut_tets(
 def decimated(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the places (p, 3) of corners, triangles (k, 3) on them, about `most`, and what those were.
+    """Return points (p, 3), at most `most` triangles (k, 3) on them, and the rows (k,) of these.
 
-    points (n, 3); triangles (m, 3). The last result (k,) has the row of each triangle among those given;
-    few enough triangles stay as they are. A corner is the mean of the points that it stands for, which all
-    lie on the same planes of the box (2, 3), so faces, edges and corners of the box stay in place, which
-    takes some 48 triangles, however few are asked for.
+    points (n, 3); triangles (m, 3). If m <= most, triangles are unchanged. Otherwise points in each cell of
+    a grid are replaced by their mean. Only points on the same planes of the box (2, 3) are merged, so
+    that the box keeps its faces, edges and corners; this needs some 48 triangles, even if `most` is less.
     """
     used, local = np.unique(triangles, return_inverse=True)
     local = local.reshape(-1, 3)
@@ -194,11 +201,11 @@ def decimated(
 
 
 def scene(shown: ShownMesh) -> dict:
-    """Return the skin, the crack's lip and its fronts as JSON can hold them.
+    """Return skin, crack face and fronts as JSON values for the 3-D view.
 
-    Coordinates are shares of `box`, in steps of 1 / LEVELS; `length` of a corner is that share of the way
-    between the two `lengths`; arrays are little-endian numbers, unsigned and of 2 bytes but for `triangles`
-    and `grain` of 4, as base64.
+    Coordinates are fractions of `box` in steps of 1 / LEVELS, and `length` of a corner is such a fraction
+    between the two `lengths`. Arrays are base64 of little-endian unsigned integers: 4 bytes in `triangles`
+    and `grain`, 2 bytes in others.
     """
     box = np.stack([shown.points.min(axis=0), shown.points.max(axis=0)])
     lengths = np.array([shown.lengths.min(), shown.lengths.max()])
@@ -216,7 +223,7 @@ def scene(shown: ShownMesh) -> dict:
 def _part(shown: ShownMesh, facets: Facets, box: np.ndarray, lengths: np.ndarray, most: int) -> dict:
     places, triangles, rows = decimated(shown.points, facets.triangles, box, most)
     at_corner = np.zeros(len(places))
-    # of the nodes that a corner stands for, those of the triangles that are left
+    # a corner replaces several nodes and gets the length at one of them
     at_corner[triangles] = shown.lengths[facets.triangles[rows]]
     return {
         "points": _text(_shares(places, box), "<u2"),

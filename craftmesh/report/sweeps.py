@@ -1,4 +1,4 @@
-"""Cases that differ in an element size alone, and what their report compares."""
+"""Sweeps: cases that differ only in an element size, and the quantities that the report compares."""
 
 import json
 from collections.abc import Mapping
@@ -10,25 +10,25 @@ import numpy as np
 from craftmesh.options import Options, option
 
 SIZES = ("l_min", "l0", "l_max", "r0", "r1")
-FEWEST = 2  # sizes that can be compared
-# Quantities of a case with one size, by name: what each is in words.
+FEWEST = 2  # smallest number of sizes for a comparison
+# Titles of the quantities that may be compared, by name.
 QUANTITIES = {
     "K_I": "mean K_I along the fronts",
     "J": "mean J along the fronts",
-    "kink_angle": "mean kink angle, its sign left out [degrees]",
-    "largest_K_I": "largest K_I along the fronts, their ends left out",
-    "reaction": "force that the supports carry",
+    "kink_angle": "mean absolute kink angle [degrees]",
+    "largest_K_I": "largest K_I along the fronts, without uncertain nodes",
+    "reaction": "reaction force of the supports",
     "crack_area": "area of the crack",
     "mean_aspect_ratio": "mean aspect ratio of the elements",
     "elements": "number of elements",
 }
-# The unit of each, of those that UnitsOptions knows.
+# Quantity of `UnitsOptions.by_quantity` in whose unit each is measured.
 MEASURED_IN = {"K_I": "K", "largest_K_I": "K", "J": "J", "reaction": "force", "crack_area": "area"}
 SOLVED = ("K_I", "J", "kink_angle", "largest_K_I", "reaction")
 
 
 class Sweep(NamedTuple):
-    """Cases that differ in a size alone: its name (`sizing.l_min`), the sizes, coarse first, the cases."""
+    """Cases that differ only in the size `key`, such as sizing.l_min; sizes and cases: coarse first."""
 
     key: str
     sizes: tuple[float, ...]
@@ -36,9 +36,9 @@ class Sweep(NamedTuple):
 
 
 def sweeps(records: Mapping[str, Mapping[str, Any]]) -> list[Sweep]:
-    """Return the sweeps among cases (case.json by name), those over more sizes first.
+    """Return the sweeps among cases, those with more sizes first; records: case.json by case name.
 
-    Where lengths of `sizing` rise together, and none alone, the sweep is named by the first of them.
+    If several lengths of `sizing` increase together, and none alone, the first of them names the sweep.
     """
     found = []
     families: dict[str, list[str]] = {}
@@ -64,7 +64,7 @@ def _all_but_sizes(record: Mapping[str, Any]) -> str:
 
 
 def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:
-    """Return the sweeps over one length, the others being equal."""
+    """Return the sweeps over the length `key` with all others equal; lengths: values of SIZES by case."""
     place = SIZES.index(key)
     groups: dict[tuple, dict[float, str]] = {}
     for name, row in lengths.items():
@@ -74,7 +74,7 @@ def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:
 
 
 def _together(lengths: Mapping[str, tuple]) -> list[Sweep]:
-    """Return the sweep of cases whose lengths all rise together, if they do."""
+    """Return the sweep of all cases, in a list, if no length falls while another increases; else []."""
     if len(set(lengths.values())) < FEWEST or any(None in row for row in lengths.values()):
         return []
     rows = np.array(list(lengths.values()))
@@ -96,13 +96,13 @@ def _sweep(key: str, by_size: Mapping[float, str]) -> Sweep:
 
 @dataclass(frozen=True)
 class ReportOptions(Options):
-    """What is compared where cases differ in an element size alone, and when it has converged."""
+    """What is compared between cases that differ only in an element size, and the convergence tolerance."""
 
     quantity: str | None = option(
         None,
-        "quantity of a sweep over element sizes, solved where it asks for that; none: all that are there",
+        "quantity to compare in a sweep over element sizes, solved if needed; none: all available ones",
         choices=tuple(QUANTITIES),
     )
     tolerance: float = option(
-        0.05, "a size has converged where it and all finer ones are within this of the finest", above=0
+        0.05, "relative difference from the finest size below which a size has converged", above=0
     )

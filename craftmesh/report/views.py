@@ -1,4 +1,4 @@
-"""Pictures of the files between the stages: labels, surfaces, cracks, sizes, tetrahedra, solutions."""
+"""Pictures of stage files: labels, surfaces, cracks, fronts, target lengths and tetrahedra."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -32,7 +32,7 @@ EMPTY = to_rgba("white")
 
 
 def labels_picture(voxels: Voxels) -> bytes:
-    """Return a .png of the three middle slices of a volume, grains in colours, the rest white."""
+    """Return a .png of a volume's middle slices normal to z, y, x: grains coloured, the rest white."""
     labels = voxels.labels
     grains = np.unique(labels[labels > 0])
     middle = np.array(labels.shape) // 2
@@ -47,7 +47,10 @@ def labels_picture(voxels: Voxels) -> bytes:
 
 
 def lengths_picture(lengths: Lengths, sources: np.ndarray, box: np.ndarray) -> bytes:
-    """Return a .png of target lengths on three planes through the middle of the sources (k, 3), if any."""
+    """Return a .png of target lengths on three planes through the mean of the sources (k, 3).
+
+    box (2, 3): the model's; without sources the planes go through its centre.
+    """
     middle = sources.mean(axis=0) if len(sources) else box.mean(axis=0)
     planes = []
     for axis in (2, 1, 0):
@@ -65,7 +68,10 @@ def lengths_picture(lengths: Lengths, sources: np.ndarray, box: np.ndarray) -> b
 def _three_planes(
     box: np.ndarray, middle: np.ndarray, planes: Sequence[np.ndarray], **look: Any
 ) -> tuple[Figure, AxesImage]:
-    """Return values (k, l) on planes of a box square to z, y, x through `middle`, and an image."""
+    """Return a figure of values (k, l) on three planes of a box, and the last of its images.
+
+    planes: values on the planes through `middle` (3,) perpendicular to z, y and x; look: options of imshow.
+    """
     figure = new_figure(11.0, 4.2)
     figure.set_layout_engine("constrained")
     for place, (axis, plane) in enumerate(zip((2, 1, 0), planes), 1):
@@ -80,7 +86,7 @@ def _three_planes(
 
 
 def surface_picture(surface: Surface) -> bytes:
-    """Return a .png of a surface by grains, cut open along its crack, which is red."""
+    """Return a .png of a surface by grain, cut open along its crack, which is red."""
     corners = surface.points[surface.facets]
     is_crack = surface.kind == CRACK
     origin, normal = _cut_plane(surface.box, corners[is_crack].reshape(-1, 3))
@@ -94,10 +100,10 @@ def surface_picture(surface: Surface) -> bytes:
 
 
 def tets_picture(points: np.ndarray, tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> bytes:
-    """Return a .png of tetrahedra by grains, cut open along the crack, whose lips are red.
+    """Return a .png of tetrahedra by grain, cut open along the crack, whose faces are red.
 
-    points (n, 3); tets (m, 4 or more), the first four the corners; grain (m,); lips (k,): nodes of lips,
-    without which the cut is at half height.
+    points (n, 3); tets (m, 4 or more), the first four nodes being the corners; grain (m,); lips (k,): nodes
+    of crack faces; without them the cut is at half height.
     """
     corners = np.asarray(tets)[:, :4]
     box = np.stack([points.min(axis=0), points.max(axis=0)])
@@ -114,7 +120,7 @@ def tets_picture(points: np.ndarray, tets: np.ndarray, grain: np.ndarray, lips: 
 
 
 def crack_picture(crack: Crack) -> bytes:
-    """Return a .png of a crack's triangles and, black, its fronts."""
+    """Return a .png of a crack's triangles in red and its fronts in black."""
     fronts = [crack.points[front] for front in crack.fronts]
     title = f"{len(crack.triangles):,} triangles, {len(fronts)} fronts"
     red = np.tile(RED, (len(crack.triangles), 1))
@@ -122,14 +128,14 @@ def crack_picture(crack: Crack) -> bytes:
 
 
 def fronts_picture(fronts: Sequence[np.ndarray]) -> bytes:
-    """Return a .png of fronts, each (k, 3), in their order."""
+    """Return a .png of fronts (k, 3) as numbered lines."""
     figure = new_figure(6.0, 5.0)
     axes = figure.add_subplot(projection="3d")
     for number, front in enumerate(fronts, 1):
         axes.plot(*front.T, marker=".", markersize=3, label=f"front {number}")
     points = np.concatenate(fronts)
     low, high = points.min(axis=0), points.max(axis=0)
-    pad = 0.1 * np.linalg.norm(high - low)  # some extent along each axis
+    pad = 0.1 * np.linalg.norm(high - low)  # so that no axis has zero length
     frame_box(axes, np.stack([low - pad, high + pad]))
     axes.legend(fontsize=8)
     return as_png(figure)
@@ -143,7 +149,7 @@ def _body(
     title: str,
     lines: Sequence[np.ndarray] = (),
 ) -> bytes:
-    """Return a .png of triangles (m, 3) in colours (m, 4) and of lines (k, 3), seen from `towards`."""
+    """Return a .png of triangles (m, 3) with colours (m, 4), and of lines (k, 3), seen from `towards`."""
     view = view_from(towards, points[np.unique(triangles)])
     figure = new_figure(8.0, 7.0)
     axes = figure.add_subplot()
@@ -156,7 +162,10 @@ def _body(
 
 
 def _cut_plane(box: np.ndarray, crack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a point and the normal of the plane along a crack's points (k, 3), else half way up."""
+    """Return a point and normal of the plane fitted to a crack's points (k, 3).
+
+    With fewer than three points, the plane is z = const through the centre of the box (2, 3).
+    """
     if len(crack) < 3:
         return box.mean(axis=0), np.array([0.0, 0.0, 1.0])
     origin = crack.mean(axis=0)
@@ -165,7 +174,7 @@ def _cut_plane(box: np.ndarray, crack: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _grain_colours(grains: np.ndarray) -> np.ndarray:
-    """Return a colour (m, 4) for each grain, white for what is none."""
+    """Return a colour (m, 4) for each of the labels `grains` (m,), white for labels <= 0."""
     colours = matplotlib.colormaps[GRAINS](np.asarray(grains) % 20)
     colours[np.asarray(grains) <= 0] = EMPTY
     return colours

@@ -99,7 +99,7 @@ def test_a_solution_of_another_mesh_is_refused(tmp_path, capsys):
     write_solution_vtu(tmp_path / "solution.vtu", other, tets, grain, node, zero, stress)
     flags = ["--solution", tmp_path / "solution.npz", "-o", tmp_path / "pictures"]
     said = refusal(["depict", tmp_path / "volume.vtu", *flags], capsys)
-    assert f"{len(other)} nodes and the mesh {len(mesh.points)}" in said
+    assert f"{len(other)} nodes, but the mesh has {len(mesh.points)}" in said
     assert not (tmp_path / "pictures").exists()
 
 

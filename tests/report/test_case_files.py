@@ -52,7 +52,7 @@ def test_a_crack_that_stops_says_where_and_why_and_is_shown_no_further(results):
         assert [increment.name for increment in case.increments] == ["000"]
         assert outcome(case) == "The crack stops after increment 000: the crack severs the body."
         growth.write_text(json.dumps({"ended": "", "extension": [0.4, 0.6]}))
-        assert outcome(read_case(results / "a")) == "2 increments, as many as were asked for."
+        assert outcome(read_case(results / "a")) == "2 increments, as many as requested."
     finally:
         growth.unlink()
         (results / "a" / "case.json").write_text(json.dumps(record))

@@ -1,1 +1,1 @@
-"""Numba kernels of the pictures."""
+"""Numba kernels for drawing pictures."""

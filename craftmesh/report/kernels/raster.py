@@ -1,4 +1,4 @@
-"""Triangles onto pixels, the nearest in front."""
+"""Rasterisation of triangles with a depth buffer."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from craftmesh.jit import kernel
 
 @kernel
 def draw(corners, colours, line, picture, depth):
-    """Draw triangles into `picture` (h, w, 3) where they are nearer than `depth` (h, w), and set both.
+    """Draw triangles into `picture` (h, w, 3) where they are nearer than `depth` (h, w); update both.
 
-    corners (m, 3, 3): pixels to the right, pixels down, nearness; a pixel is covered where its centre lies
-    in the triangle. colours (m, 3, 3) of the corners, 0 to 1. Within `line` (m,) pixels of an edge the
-    colour goes over to black.
+    corners (m, 3, 3): pixels to the right, pixels down, nearness to the viewer. A pixel is covered if its
+    centre is in the triangle. colours (m, 3, 3): of the corners, 0 to 1. Within `line` (m,) pixels of an
+    edge the colour fades to black.
     """
     height, width = depth.shape
     for t in range(len(corners)):
@@ -19,7 +19,7 @@ def draw(corners, colours, line, picture, depth):
         twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         if twice == 0.0:
             continue
-        # distances from the edges are the shares of the opposite corners times the altitudes
+        # altitudes; a pixel's distance from an edge is its barycentric coordinate times the altitude
         high_a = abs(twice) / np.sqrt((cx - bx) ** 2 + (cy - by) ** 2)
         high_b = abs(twice) / np.sqrt((cx - ax) ** 2 + (cy - ay) ** 2)
         high_c = abs(twice) / np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
