@@ -98,7 +98,7 @@ class Campaign:
         return {"solution": f"{self.results}/{case}/{inc}/solution.npz"} if is_shown else {}
 
     def previous_crack(self, case: str, inc: str) -> dict[str, str]:
-        """Return {"previous": file}, the last increment's crack, and `grown`, that crack after growth.
+        """Return {"previous": file}, the previous increment's crack, and `grown`, its crack after growth.
 
         {} for increment 000; `grown` only for a case that grows.
         """
@@ -107,12 +107,12 @@ class Campaign:
         return {"previous": f"{before}/crack.vtp", **grown} if int(inc) else {}
 
     def last_step(self, case: str, inc: str) -> dict[str, str]:
-        """Return the files `base` and `step` that growth wrote in the last increment; {} for 000."""
+        """Return the files `base` and `step` that growth wrote in the previous increment; {} for 000."""
         before = f"{self.results}/{case}/{int(inc) - 1:03d}"
         return {"base": f"{before}/base.vtp", "step": f"{before}/step.csv"} if int(inc) else {}
 
     def last_front(self, case: str, inc: str) -> dict[str, str]:
-        """Return {"last": file}, the last increment's report of K, if the crack grew from it; else {}."""
+        """Return {"last": file}, the previous increment's report of K, if the crack grew; else {}."""
         grown = self.cases[case].grows and int(inc)
         return {"last": f"{self.results}/{case}/{int(inc) - 1:03d}/fracture.json"} if grown else {}
 

@@ -53,7 +53,7 @@ def run_of(pid: int) -> Run | None:
 def enter() -> str:
     """Write this process's file in the folder; return a note on locks of other runs, empty without locks.
 
-    Files of dead runs are removed; if all other runs are dead, so is their lock.
+    Files of dead runs are removed. If all other runs are dead, their lock is removed too.
     """
     others = {path: Run(*json.loads(path.read_text())) for path in RUNS.glob("*.json")}
     own = RUNS / f"{os.uname().nodename}-{os.getpid()}.json"

@@ -106,9 +106,9 @@ class Table:
 def read_table(path: str | os.PathLike, *kinds: Sequence[str]) -> Table:
     """Return a table. kinds: groups of column names, in lower case, by one of which the header is found.
 
-    The header may have titles above it, or be in a comment. If none is found in this way, a first line with
-    text is the header; else the table has none. Raises CraftmeshError, naming the file and line, for
-    duplicate names and for rows longer or shorter than the header.
+    The header may have titles above it. If no line has such names, a first line with text is the header;
+    else the header may be in a comment; else the table has none. Raises CraftmeshError, naming the file and
+    line, for duplicate names and for rows longer or shorter than the header.
     """
     lines, comments = _lines(path)
     if not lines:

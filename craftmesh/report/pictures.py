@@ -36,7 +36,8 @@ WEBP = 82  # quality of .webp, of 100: a lined mesh takes 40 kB and looks like i
 # Largest displacement as shown, over the body's diagonal.
 SHOWN_MOVE = 0.08
 # Least ratio of a triangle's distance from the previous crack to that from its fronts, above which the
-# triangle is ahead of these. A layer made again, turned by up to 26 degrees, has 2/3 at most.
+# triangle is ahead of these. A layer made again, turned by up to 26 degrees, is nearer to the crack than to
+# its fronts at two thirds of its width.
 AHEAD = 0.9
 # Percentage of values cut off at each end of a colour scale, as stresses at a crack front are unbounded.
 LEFT_OUT = 1.0
