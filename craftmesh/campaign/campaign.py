@@ -51,7 +51,7 @@ class Campaign:
 
     @property
     def notes(self) -> list[str]:
-        """Warnings of one line each: cracks of few elements, phases without material and the reverse."""
+        """Warnings of one line each: cracks of few elements, phases without material, unused materials."""
         cases = self.cases.values()
         return [*small_cracks(cases), *phase_notes(cases)]
 

@@ -14,7 +14,7 @@ from craftmesh.errors import CraftmeshError, listed
 from craftmesh.extras import extra
 from craftmesh.options import BOUNDS, is_admitted
 
-# Numbers that YAML 1.1 reads as text, such as 4e-6, because they have no decimal point.
+# Pattern of all numbers in text. YAML 1.1 reads some as text, such as 4e-6, which has no decimal point.
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 

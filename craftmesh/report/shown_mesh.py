@@ -172,7 +172,7 @@ def cut_tets(
 def decimated(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (p, 3), at most `most` triangles (k, 3) on them, and the rows (k,) of these.
+    """Return points (p, 3), about `most` triangles (k, 3) or fewer on them, and their rows (k,) before.
 
     points (n, 3); triangles (m, 3). If m <= most, triangles are unchanged. Otherwise points in each cell of
     a grid are replaced by their mean. Only points on the same planes of the box (2, 3) are merged, so

@@ -60,7 +60,7 @@ def test_a_key_that_is_given_twice_is_refused_with_both_lines(text, key, lines):
         parse_yaml(text, "c.yaml")
     assert said in refusal(text)
     Path("own.yaml").write_text(text)
-    with pytest.raises(CraftmeshError, match=f"key {re.escape(key)} is there twice"):
+    with pytest.raises(CraftmeshError, match=f"duplicate key {re.escape(key)}"):
         read_template("own.yaml")
 
 

@@ -109,4 +109,4 @@ def test_front_and_sizing_together_are_refused(run):
 
 def test_labels_are_no_sizing(run):
     status, said = run("gradate s.vtp --sizing labels.npz -o x.vtp")
-    assert status == 1 and "labels.npz: is no sizing; expected a sizing.npz" in said
+    assert status == 1 and "labels.npz: is not a sizing; expected a sizing.npz" in said

@@ -87,7 +87,7 @@ def test_pores_outside_the_box_are_refused(tmp_path):
 @pytest.mark.parametrize(
     "row, words",
     [
-        ("1,2,3", "line 2: has 3 columns; expected 4"),
+        ("1,2,3", "line 2: has 3 cells; expected 4"),
         ("1,2,3,4\n1,2,-,4", "line 3: barycentery is '-'; expected a finite number"),
         ("0,1,2,3", "void 1 .*r > 0"),
     ],

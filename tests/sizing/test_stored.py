@@ -51,7 +51,7 @@ def test_a_sizing_within_a_sizing_is_refused():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"format": np.array("craftmesh labels 1")}, "is no sizing; expected a sizing.npz"),
+        ({"format": np.array("craftmesh labels 1")}, "is not a sizing; expected a sizing.npz"),
         ({"l_min": None}, "no entry l_min"),
         ({"l0": np.ones(2)}, r"l0 has shape \(2,\)"),
         ({"sources": np.zeros((4, 2))}, r"sources has shape \(4, 2\)"),

@@ -35,7 +35,7 @@ def test_plan_of_a_new_campaign(new_folder):
     wanted |= {"crack": 4, "report": 1, "all": 1}
     assert run.status == 0, run.text
     assert run.jobs == wanted | {"total": sum(wanted.values())}
-    assert "craftmesh: note: case a and 1 more: crack tiny is 3.5 large" in run.text
+    assert "craftmesh: note: case a and 1 more: crack tiny has size 3.5" in run.text
 
 
 def test_plan_of_a_crack_that_grows(new_folder):
@@ -117,7 +117,7 @@ def test_a_mistake_stops_the_campaign_with_one_line(new_folder):
     errors = [text for text in run.text.splitlines() if "error" in text.lower()]
     assert run.status == 1
     assert len(errors) == 1 and errors[0].startswith("craftmesh: error: ")
-    assert "case 'a' is there twice" in errors[0]
+    assert "duplicate case name 'a'" in errors[0]
     after = sorted(path.name for path in folder.path.iterdir() if path.name != ".snakemake")
     assert after == before
 
