@@ -132,7 +132,7 @@ def test_cracks_and_growth_may_be_swept_too(sheet):
         ("sizing.l_min", ["", "x"], "line 3, case 'b': sizing.l_min is 'x'; expected a number > 0"),
         ("sizing.l_min", ["[0.4, x]"], "case 'a-l_min-x': sizing.l_min is 'x'; expected a number > 0"),
         ("sizing.l_min", ["[]"], "line 2, case 'a', column sizing.l_min is an empty list"),
-        ("sizing.l_min", ["[0.4"], "line 2, case 'a', column sizing.l_min is '.0.4'; write a valid YAML value"),
+        ("sizing.l_min", ["[0.4"], "line 2, case 'a', column sizing.l_min is '.0.4'; write a valid"),
         ("sizing.l_min", ["[0.4, 0.4]"], "line 2: duplicate case name 'a-l_min-0.4'"),
         ("sizing.l_min", ["4"], "line 2, case 'a': sizing.l_min is 4.* l_max"),
         ("sizing.points", ["gone.csv"], "line 2, case 'a': sizing.points: gone.csv does not exist"),

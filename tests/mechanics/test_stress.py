@@ -68,7 +68,7 @@ def test_solutions_read_back_bit_for_bit(tmp_path):
     assert (again.reactions == solution.reactions).all()
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     write_arrays(tmp_path / "c.npz", {"displacement": solution.displacement})
-    with pytest.raises(CraftmeshError, match="is no solution"):
+    with pytest.raises(CraftmeshError, match="is not a solution"):
         read_solution(tmp_path / "c.npz")
     with pytest.raises(CraftmeshError, match="Solution.reactions has shape"):
         Solution(np.zeros((3, 3)), np.zeros((2, 3)))

@@ -41,11 +41,11 @@ DREAM3D = {
     "neither": ([("", "EulerAngles", NEITHER)], [], {}, False, "reach 1000"),
     "neither by cell": ([], [("EulerAngles", NEITHER[LABELS])], {}, False, "reach 1000"),
     "the user's unit": ([("", "EulerAngles", DEGREES)], [], {"angles": "degrees"}, True, ""),
-    "not the user's": ([("", "EulerAngles", DEGREES)], [], {"angles": "radians"}, False, "too much for rad"),
+    "not the user's": ([("", "EulerAngles", DEGREES)], [], {"angles": "radians"}, False, "too much for"),
     "not indexed": ([], [("EulerAngles", np.where((LABELS == 1)[..., None] & (np.arange(5) > 2)[:, None],
                     4 * np.pi, RADIANS[LABELS]))], {}, True, "means over"),
     "cells only": ([], [CELL_EULERS], {}, True, "means over"),
-    "two tables": ([EULERS, ("More", "EulerAngles", OTHER)], [], {}, False, "fit ids up to 3.*AvgEuler.*More"),
+    "two tables": ([EULERS, ("More", "EulerAngles", OTHER)], [], {}, False, "fit ids up.*AvgEuler.*More"),
     "table not numbered": ([("", "AvgEulerAngles", RADIANS[1:])], [], {}, None, r"not read.*\(3 rows\)"),
     "short": ([("", "AvgEulerAngles", RADIANS[:2])], [CELL_EULERS], {}, True, r"not read.*\(2 rows\)"),
     "long": ([("", "AvgEulerAngles", longer(RADIANS))], [], {}, True, "6 rows, but ids reach 3"),
@@ -138,7 +138,7 @@ def test_quaternions_of_dream3d_where_there_are_no_angles(tmp_path, version, by_
 @pytest.mark.parametrize("place", ["/Features", "/Container/Features"])
 def test_a_table_beside_the_geometry_after_those_within(tmp_path, version, place):
     outcome(dream3d(tmp_path, version, [(place, "EulerAngles", RADIANS)]), True, "")
-    outcome(dream3d(tmp_path, version, [(place, "EulerAngles", OTHER), EULERS]), True, "not read: .*Features")
+    outcome(dream3d(tmp_path, version, [(place, "EulerAngles", OTHER), EULERS]), True, "read: .*Features")
 
 
 @pytest.mark.parametrize("version", [4, 5, 7, 8])

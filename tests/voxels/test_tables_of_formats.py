@@ -69,7 +69,7 @@ FAULTS = [
     (vti, "degrees by cell", {"EulerAngles": DEGREES[LABELS]}, True, "read as degrees"),
     (vti, "half of the angles", {"EulerAngles": HALF_COLUMNS[LABELS]}, False, "to radians or degrees"),
     (vti, "neither", {"EulerAngles": NEITHER[LABELS]}, False, "reach 1000"),
-    (vti, "unread", {"Quats": QUATERNIONS[LABELS], "ParentIds": LABELS}, None, "not read: Quats, ParentIds"),
+    (vti, "unread", {"Quats": QUATERNIONS[LABELS], "ParentIds": LABELS}, None, "read: Quats, ParentIds"),
     (tesr, "radians", ori("euler-bunge", RADIANS[1:]), True, "none exceeds 2 pi"),
     (tesr, "neither", ori("euler-bunge", NEITHER[1:]), False, "reach 1000, too much for degrees"),
     (tesr, "short", ori("rodrigues", VECTORS[2:]), False, "expected a row per cell, 3"),
