@@ -87,7 +87,7 @@ def test_a_table_by_grain_says_what_texts_by_phase_do(tmp_path):
     with pytest.raises(CraftmeshError, match="no row for 1 of 2 grains: 2"):
         elastic_model(block(), options, grain_strains={1: table[1]})
     (tmp_path / "strains.csv").write_text("grain,e\n1,1e-3\n1,2e-3")
-    with pytest.raises(CraftmeshError, match="line 3: grain is 1; .*each once"):
+    with pytest.raises(CraftmeshError, match="line 3: grain is 1; .*each grain only once"):
         read_grain_strains(tmp_path / "strains.csv")
 
 
