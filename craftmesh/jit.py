@@ -7,6 +7,8 @@ Numba compiles a kernel once more for each integer constant that another kernel 
 of the time to compile the marching cubes, and the calls are no slower without.
 
 Processes that start together need the same kernels: one compiles a kernel, the others wait and read it.
+
+Code that lies in a wheel is taken where this CPU can run it, unless the cache has code for this very CPU.
 """
 
 import fcntl
@@ -22,12 +24,14 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from numba import njit, types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+import numpy as np
+from numba import config, njit, types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
 from numba.core.errors import TypingError
 from numba.core.runtime import rtsys
 
 from craftmesh.kernel_code import KernelCompiler, code_of_callees
+from craftmesh.wheel_code import FOLDER, usable_target
 
 # Kernels take names from modules, never modules from packages, so this finds all that they import.
 IMPORT = re.compile(r"^(?:from|import)\s+(craftmesh(?:\.\w+)+)", re.MULTILINE)
@@ -36,6 +40,11 @@ ENDINGS = (".nbi", ".nbc", TURN)
 # s: longer than any kernel takes to compile on a busy machine; who has waited so long compiles it too
 LONGEST_WAIT = 120.0
 WAIT_STEP = 0.05  # s
+# numba's settings that change machine code; its cache keeps no account of them
+SETTINGS = (
+    *("BOUNDSCHECK", "DEBUGINFO_DEFAULT", "EXTEND_VARIABLE_LIFETIMES", "LLVM_REFPRUNE_FLAGS"),
+    *("LLVM_REFPRUNE_PASS", "LOOP_VECTORIZE", "OPT", "SLP_VECTORIZE", "USING_SVML"),
+)
 NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for Python and C
 
 
@@ -101,14 +110,20 @@ def is_kept(compiled: Any) -> bool:
     kept = getattr(compiled, "_cache", None)
     if not isinstance(kept, _KernelCache):
         return True
-    return any(Path(kept.cache_path).glob(f"{kept._impl.filename_base}*.nbi"))
+    folders = [Path(kept.cache_path), *([FOLDER] if usable_target() else [])]
+    return any((folder / f"{kept._impl.filename_base}.nbi").is_file() for folder in folders)
 
 
 @cache
-def sources_digest(module: str) -> str:
-    """Return 16 hexadecimal digits for the sources of `module` and of all craftmesh modules it imports."""
-    found: dict[str, str] = {}
-    waiting = [module]
+def code_digest(module: str) -> str:
+    """Return 16 hexadecimal digits for all that decides the machine code of a module's kernels.
+
+    These are the sources of `module` and of the craftmesh modules it imports, numba's settings, and numpy's
+    release, to which numba fits its functions. Numba's cache itself compares numba's release and the CPU.
+    """
+    numpy = ".".join(np.__version__.split(".")[:2])
+    found = {"numpy": numpy} | {name: str(getattr(config, name)) for name in SETTINGS}
+    waiting = [module, "craftmesh.by_reference"]  # which lowers code of kernels that need not import it
     while waiting:
         name = waiting.pop()
         if name not in found:
@@ -126,13 +141,26 @@ def _digest_and_imports(module: str) -> tuple[str, list[str]]:
     return hashlib.sha256(source.encode()).hexdigest(), IMPORT.findall(source)
 
 
+class _Unwritable(InTreeCacheLocator):
+    """The folder beside the kernel, where nobody can write: what lies there is read all the same."""
+
+    def ensure_cache_path(self) -> None:
+        pass
+
+
 class _KernelFiles(CompileResultCacheImpl):
     """Names of a kernel's cache files that carry the digest of its sources."""
+
+    _locator_classes = [*CompileResultCacheImpl._locator_classes, _Unwritable]
 
     def __init__(self, function: Callable):
         super().__init__(function)
         self.stem = self._filename_base
-        self._filename_base = f"{self.stem}-{sources_digest(function.__module__)}"
+        self._filename_base = f"{self.stem}-{code_digest(function.__module__)}"
+
+    def reduce(self, cres: Any) -> tuple:
+        """Return what the cache keeps of a compilation: no types of its lines, which no process reads."""
+        return super().reduce(cres._replace(type_annotation=""))
 
 
 class _KernelCache(FunctionCache):
@@ -146,6 +174,8 @@ class _KernelCache(FunctionCache):
         own = f"{self._impl.filename_base}.{{number:d}}-{uuid4().hex[:8]}.nbc"
         self._cache_file._data_name_pattern = own
         self._turn: int | None = None
+        stamp = self._impl.locator.get_source_stamp()
+        self._of_wheel = IndexDataCacheFile(str(FOLDER), self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return a compiled signature, or None when it is this process' turn to compile and to save it.
@@ -153,12 +183,29 @@ class _KernelCache(FunctionCache):
         Numba would load here all that it needs to compile, which it does again where it compiles.
         """
         rtsys.initialize(target_context)
-        found = self._load_overload(sig, target_context)
+        found = self._load_own(sig, target_context)
+        if found is None:
+            found = self._load_of_wheel(sig, target_context)
         if found is None and self._turn is None and self._waited_for_turn():
-            found = self._load_overload(sig, target_context)
+            found = self._load_own(sig, target_context)
         if found is not None:
             self._end_turn()
         return found
+
+    def _load_own(self, sig: Any, target_context: Any) -> Any:
+        """Return a signature that a process has compiled on this machine, or None."""
+        with suppress(OSError):
+            return self._load_overload(sig, target_context)
+        return None
+
+    def _load_of_wheel(self, sig: Any, target_context: Any) -> Any:
+        """Return a signature that the wheel has compiled for the level of this CPU, or None."""
+        target = usable_target()
+        if target is None:
+            return None
+        sig, _, digests = self._index_key(sig, target_context.codegen())
+        data = self._of_wheel.load((sig, target, digests))
+        return None if data is None else self._impl.rebuild(target_context, data)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save a compiled signature and remove the files of older sources; a full disk is no error."""

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from llvmlite.binding import Linkage, parse_assembly
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -66,6 +67,15 @@ class _KernelCode(_Code):
         self._link(self._final_module)
         self._linking_libraries.clear()
         super().finalize()
+
+    def serialize_using_object_code(self) -> tuple:
+        """Return what the cache keeps: machine code, and the names in it in place of code to link.
+
+        No function takes in the code of a kernel that Python calls.
+        """
+        names = [one.name for one in self.get_defined_functions() if one.linkage == Linkage.external]
+        stubs = "".join(f'define void @"{name}"() {{ unreachable }}\n' for name in names)
+        return self.name, "object", (self._get_compiled_object(), parse_assembly(stubs).as_bitcode())
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

@@ -18,6 +18,7 @@ GROUND = {
     "progress",
     "atomic",
     "bytecode",
+    "wheel_code",
     "jit",
     "kernel_code",
     "by_reference",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from package_sources import imports_of, is_package, modules, source
 
-from craftmesh import jit, kernel_code
+from craftmesh import by_reference, jit, kernel_code, wheel_code
 
 CALLEE = """from numba import njit
 from craftmesh.jit import kernel
@@ -43,7 +43,7 @@ class Package:
         self.kernels.mkdir(parents=True)
         for file in (self.kernels / "__init__.py", folder / "craftmesh" / "__init__.py"):
             file.write_text("")
-        for module in (jit, kernel_code):
+        for module in (by_reference, jit, kernel_code, wheel_code):
             shutil.copy(module.__file__, folder / "craftmesh")
         (self.kernels / "caller.py").write_text(CALLER.format(decorator=decorator))
 
@@ -118,6 +118,59 @@ def test_a_read_only_package_compiles_into_the_users_folder_or_for_itself(packag
         assert package.run(HOME=str(home), XDG_CACHE_HOME=str(home)) == [9, hits]
     assert package.files(home)
     assert package.run(HOME=os.devnull, XDG_CACHE_HOME=os.devnull) == [9, 0]
+
+
+@pytest.fixture
+def wheel(package) -> Package:
+    """The package with code for a level of CPUs, as a wheel has it, and nothing in the cache."""
+    target = wheel_code.LEVELS.get(wheel_code.get_process_triple())
+    if target is None:
+        pytest.skip("wheels have no code for this platform")
+    folder = package.folder / "craftmesh" / "machine_code"
+    name, features = target
+    made = {"NUMBA_CACHE_DIR": "made", "NUMBA_CPU_NAME": name, "NUMBA_CPU_FEATURES": features}
+    assert package.run(**made) == [9, 0]
+    folder.mkdir()
+    for file in (package.folder / "made").rglob("*.nb[ic]"):
+        file.rename(folder / file.name)
+    return package
+
+
+def test_code_of_a_wheel_is_run_and_nothing_is_compiled_or_written(wheel):
+    before = wheel.files()
+    assert wheel.run() == [9, 1]
+    assert wheel.run(HOME=os.devnull, XDG_CACHE_HOME=os.devnull) == [9, 1]
+    assert wheel.files() == before == set()
+
+
+def test_other_signatures_are_compiled_beside_those_of_a_wheel(wheel):
+    assert wheel.run("1.5, 2") == [10.5, 0]
+    assert wheel.run("1.5, 2") == [10.5, 1]
+    assert wheel.run() == [9, 1]
+
+
+def test_a_wheel_whose_sources_were_changed_compiles_anew(wheel):
+    wheel.scale_by(5)
+    assert wheel.run() == [15, 0]
+    assert wheel.run() == [15, 1]
+    wheel.scale_by(3)
+    assert wheel.run() == [9, 1], "the code of the wheel fits again"
+
+
+# a CPU that lacks features; code that checks bounds; another numpy; another CPU by the user's wish
+OTHERS = {
+    "features": ({"NUMBA_ENABLE_AVX": "0"}, ""),
+    "settings": ({"NUMBA_BOUNDSCHECK": "1"}, ""),
+    "numpy": ({}, "import numba, numpy; numpy.__version__ = '1.99.1'\n"),
+    "wish": ({"NUMBA_CPU_NAME": "x86-64"}, ""),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_code_of_a_wheel_is_for_the_cpus_settings_and_numpy_that_it_was_made_for(wheel, other):
+    environment, before = OTHERS[other]
+    assert wheel.run(script=before + RUN, **environment) == [9, 0]
+    assert wheel.run() == [9, 1]
 
 
 @pytest.mark.slow
