@@ -15,7 +15,7 @@ UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
 # where this is set, as in many containers, each process would compile all that it imports: jobs of 2 s took 6
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup docs demo paper test test-fast test-slow test-slurm test-bounds test-branches lint bench
+.PHONY: setup docs demo paper test test-fast test-slow test-slurm test-bounds test-branches lint speed bench
 
 setup: $(READY)
 
@@ -82,7 +82,12 @@ lint: setup
 	$(BIN)/python -m pytest tests/test_architecture.py
 	$(BIN)/python .ci/size.py
 
+# gradate and tetrahedralize beside TetGen, against the last row of docs/speed.csv that is of this machine
+speed: setup
+	$(BIN)/python benchmarks/speed.py --check
+
 bench: setup
+	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/gradation.py
 	$(BIN)/python benchmarks/volume.py
 	$(BIN)/python benchmarks/deck.py

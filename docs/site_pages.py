@@ -13,6 +13,7 @@ from typing import Any
 from gallery import gallery_page, notebook_page
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from speed_page import speed_page
 
 from craftmesh.campaign.config_schema import config_schema
 
@@ -70,6 +71,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     made = {place: moved((ROOT / source).read_text(), source, place) for source, place in PAGES.items()}
     made |= stage_pages((ROOT / "docs/guide.md").read_text())
     made["parameters.md"] = parameters_page(config_schema())
+    made["speed.md"] = speed_page(ROOT / "docs/speed.csv")
     made |= {f"api/{room}.md": room_page(room) for room in ROOMS}
     notebooks, pictures = {}, {}
     for source, place in NOTEBOOKS.items():
