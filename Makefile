@@ -15,7 +15,7 @@ UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
 # where this is set, as in many containers, each process would compile all that it imports: jobs of 2 s took 6
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup docs demo paper test test-fast test-slow test-slurm test-bounds test-branches lint speed bench
+.PHONY: setup docs demo paper test test-fast test-slow test-slurm test-bounds test-branches lint speed bench wheel
 
 setup: $(READY)
 
@@ -85,6 +85,11 @@ lint: setup
 # gradate and tetrahedralize beside TetGen, against the last row of docs/speed.csv that is of this machine
 speed: setup
 	$(BIN)/python benchmarks/speed.py --check
+
+# dist/: sdist, wheel, and the wheel that has the kernels' machine code, for the Python of .venv
+wheel: setup
+	.ci/release
+	.ci/wheel dist/craftmesh-*-none-any.whl $(BIN)/python dist
 
 bench: setup
 	$(BIN)/python benchmarks/speed.py

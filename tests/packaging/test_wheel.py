@@ -27,17 +27,17 @@ CARRIED = {
 }
 
 
-def run(*command: str | Path, cwd: Path) -> str:
+def run(*command: str | Path, cwd: Path, **variables: str) -> str:
     """Run a command that has to succeed in `cwd`, and return what it printed."""
     env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # which has the tree
     done = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
-        env=env,
+        env=env | variables,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=600,
+        timeout=1800,  # compilation on a busy machine
     )
     assert done.returncode == 0, done.stdout
     return done.stdout
@@ -65,16 +65,19 @@ def wheel(tmp_path_factory) -> Path:
     return next(folder.glob("craftmesh-*.whl"))
 
 
-@pytest.fixture(scope="module")
-def installed(wheel, tmp_path_factory) -> Path:
-    """The bin folder of a new environment with the wheel; other packages are those of the tests."""
-    folder = tmp_path_factory.mktemp("installed") / "venv"
+def environment(wheel: Path, folder: Path) -> Path:
+    """Return the bin folder of a new environment with the wheel; other packages are those of the tests."""
     venv.create(folder, with_pip=False)
     run(*pip(), "--python", folder / "bin" / "python", "install", "--no-deps", wheel, cwd=folder)
     site = Path(sysconfig.get_path("purelib", vars={"base": str(folder)}))
     # .pth files in a folder that is named in one are not followed: the editable craftmesh stays out
     (site / "others.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return folder / "bin"
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory) -> Path:
+    return environment(wheel, tmp_path_factory.mktemp("installed") / "venv")
 
 
 def test_wheel_holds_every_module_and_file_of_the_package(wheel):
@@ -109,6 +112,51 @@ def test_installed_command_makes_and_checks_a_microstructure(installed, labels, 
 def test_installed_command_remeshes(installed, labels, tmp_path):
     run(installed / "craftmesh", "remesh", labels, "-o", "remeshed.vtp", cwd=tmp_path)
     run(installed / "craftmesh", "check", "remeshed.vtp", cwd=tmp_path)
+
+
+@pytest.fixture(scope="module")
+def with_code(wheel, tmp_path_factory) -> Path:
+    """The bin folder of a new environment with the wheel that has the kernels' machine code."""
+    folder = tmp_path_factory.mktemp("with_code")
+    run(ROOT / ".ci/wheel", wheel, sys.executable, folder, cwd=folder)
+    (made,) = folder.glob("craftmesh-*.whl")
+    assert "-none-any" not in made.name
+    return environment(made, folder / "venv")
+
+
+SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
+MODEL = "--microstructure labels.npz --material cubic:168400,121400,75400"
+TO_SOLUTION = (
+    "generate --shape 12 13 14 --grains 3 --seed 2 -o generated.npz",
+    "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
+    "remesh labels.npz -o remeshed.vtp",
+    "crack labels.npz --centre 6 6 7.2 --normal 0 0.3 1 --radius 3 -o crack.vtp",
+    f"size remeshed.vtp --crack crack.vtp --labels labels.npz {SIZES} -o sizing.npz",
+    "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
+    "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
+    "tetrahedralize gradated.vtp --islands islands.json --sizing sizing.npz -o volume.vtu",
+    f"inp volume.vtu {MODEL} -o model.inp",
+    f"solve volume.vtu {MODEL} -o solution.npz",
+)
+
+
+@pytest.mark.slow  # all kernels compile into the wheel, two minutes of one core
+def test_a_wheel_with_machine_code_compiles_nothing_until_a_source_is_changed(with_code, tmp_path):
+    package = Path(
+        run(
+            with_code / "python", "-c", "import craftmesh; print(*craftmesh.__path__)", cwd=tmp_path
+        ).strip()
+    )
+    assert package.is_relative_to(with_code.parent)
+    own = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    for line in TO_SOLUTION:
+        run(with_code / "craftmesh", *line.split(), cwd=tmp_path, **own)
+    assert list(tmp_path.rglob("*.nb[ic]")) == []
+    kernels = package / "voxels" / "kernels" / "pieces.py"
+    kernels.write_text(kernels.read_text() + "# changed\n")
+    run(with_code / "craftmesh", *TO_SOLUTION[1].split(), cwd=tmp_path, **own)
+    compiled = {path.name.partition(".")[0] for path in tmp_path.rglob("*.nbc")}
+    assert "pieces" in compiled
 
 
 def test_installed_workflow_is_taken_in_from_an_empty_folder(installed, tmp_path):
