@@ -19,7 +19,8 @@ def grid_over(low: np.ndarray, high: np.ndarray, width: float) -> Grid:
 
 
 @lean_kernel
-def _cell(grid, x, axis):
+def cell_along(grid, x, axis):
+    """Return the cell along an axis that holds the coordinate x."""
     return min(max(int((x - grid.low[axis]) / grid.width), 0), grid.shape[axis] - 1)
 
 
@@ -29,7 +30,7 @@ def cells_of(places, grid):
     cells = np.empty((len(places), 3), np.int64)
     for p in range(len(places)):
         for axis in range(3):
-            cells[p, axis] = _cell(grid, places[p, axis], axis)
+            cells[p, axis] = cell_along(grid, places[p, axis], axis)
     return cells
 
 
@@ -64,10 +65,10 @@ def cells_of_box(grid, lower, upper):
     Items in cells (i, j, k0..k1) are contiguous, from the start of the first cell to the end of the last.
     """
     return (
-        _cell(grid, lower[0], 0),
-        _cell(grid, upper[0], 0),
-        _cell(grid, lower[1], 1),
-        _cell(grid, upper[1], 1),
-        _cell(grid, lower[2], 2),
-        _cell(grid, upper[2], 2),
+        cell_along(grid, lower[0], 0),
+        cell_along(grid, upper[0], 0),
+        cell_along(grid, lower[1], 1),
+        cell_along(grid, upper[1], 1),
+        cell_along(grid, lower[2], 2),
+        cell_along(grid, upper[2], 2),
     )

@@ -1,16 +1,16 @@
-"""The search for all pairs of intersecting triangles, through the cells of a grid."""
+"""The search for all pairs of intersecting triangles, through a grid of cells, layer by layer."""
 
 from collections import namedtuple
 
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
-from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
+from craftmesh.surface.kernels.bins import cell_along, grid_over
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
-# Facets (m, 3) on points, their bounds (m, 3), the cells (m, 3) of their lower bounds, and whether pairs
-# with them are looked for (m,).
-BoundedFacets = namedtuple("BoundedFacets", "points facets low high first chosen")
+# Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first and
+# last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
+Layer = namedtuple("Layer", "facets bounds cells ids chosen")
 # Cells of the grid: at most so many a facet, and so many more.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
 # Cells grow by this factor until they are few enough.
@@ -18,74 +18,167 @@ WIDER = 1.25
 
 
 @kernel
-def _bounds(points, facets):
-    """Return the bounds (m, 3) of facets, their largest extents (m,), and the bounds (3,) of all."""
-    low, high = np.empty((len(facets), 3)), np.empty((len(facets), 3))
+def _extents(points, facets):
+    """Return the largest extents (m,) of facets, and the bounds (3,) of all."""
     extent, least, most = np.zeros(len(facets)), np.full(3, np.inf), np.full(3, -np.inf)
     for f in range(len(facets)):
         for k in range(3):
             a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
-            low[f, k] = min(a, b, c)
-            high[f, k] = max(a, b, c)
-            extent[f] = max(extent[f], high[f, k] - low[f, k])
-            least[k] = min(least[k], low[f, k])
-            most[k] = max(most[k], high[f, k])
-    return low, high, extent, least, most
+            low, high = min(a, b, c), max(a, b, c)
+            extent[f] = max(extent[f], high - low)
+            least[k] = min(least[k], low)
+            most[k] = max(most[k], high)
+    return extent, least, most
+
+
+@kernel
+def _by_layer(points, facets, grid):
+    """Return the facets (m,) by first layers, where those of each start, and the most that reach into one."""
+    layers = grid.shape[0]
+    first, start, change = (
+        np.empty(len(facets), np.int32),
+        np.zeros(layers + 1, np.int64),
+        np.zeros(layers + 1),
+    )
+    for f in range(len(facets)):
+        a, b, c = points[facets[f, 0], 0], points[facets[f, 1], 0], points[facets[f, 2], 0]
+        first[f] = cell_along(grid, min(a, b, c), 0)
+        start[first[f] + 1] += 1
+        change[first[f]] += 1
+        change[cell_along(grid, max(a, b, c), 0) + 1] -= 1
+    start = np.cumsum(start)
+    order, end = np.empty(len(facets), np.int32), start.copy()
+    for f in range(len(facets)):
+        order[end[first[f]]] = f
+        end[first[f]] += 1
+    return order, start, int(np.cumsum(change).max())
 
 
 @lean_kernel
-def _bounds_meet_in_cell(bounded, f, g, cell):
-    """Whether the facets' bounds meet and the lower corner of what they share lies in this cell."""
-    low, high, first = bounded.low, bounded.high, bounded.first
+def _enter(points, facets, chosen, grid, layer, row):
+    """Fill the row of a layer whose id is set."""
+    f = layer.ids[row]
+    layer.chosen[row] = chosen[f]
     for k in range(3):
-        if low[f, k] > high[g, k] or low[g, k] > high[f, k] or max(first[f, k], first[g, k]) != cell[k]:
-            return False
-    return True
+        layer.facets[row, k] = facets[f, k]
+        a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
+        layer.bounds[row, k] = min(a, b, c)
+        layer.bounds[row, 3 + k] = max(a, b, c)
+        layer.cells[row, k] = cell_along(grid, layer.bounds[row, k], k)
+        layer.cells[row, 3 + k] = cell_along(grid, layer.bounds[row, 3 + k], k)
 
 
 @lean_kernel
-def _pairs_in_cell(bounded, items, cell, pairs, found):
+def _next_layer(points, facets, chosen, grid, layer, count, i, entering):
+    """Leave rows in the layer that reach layer i, let facets enter, and return how many there are."""
+    kept = 0
+    for row in range(count):
+        if layer.cells[row, 3] >= i:
+            layer.ids[kept] = layer.ids[row]
+            kept += 1
+    for f in entering:
+        layer.ids[kept] = f
+        kept += 1
+    for row in range(kept):
+        _enter(points, facets, chosen, grid, layer, row)
+    return kept
+
+
+@lean_kernel
+def _fill(cells, count, width, start):
+    """Set where the rows of each cell of a layer, `width` cells wide, end; return how many there are."""
+    start[:] = 0
+    for row in range(count):
+        for j in range(cells[row, 1], cells[row, 4] + 1):
+            for k in range(cells[row, 2], cells[row, 5] + 1):
+                start[j * width + k] += 1
+    for cell in range(1, len(start)):
+        start[cell] += start[cell - 1]
+    return start[-1]
+
+
+@lean_kernel
+def _place(cells, count, width, start, items):
+    """Put the rows into their cells, ascending; the ends of the cells come to be their starts."""
+    for row in range(count - 1, -1, -1):
+        for j in range(cells[row, 1], cells[row, 4] + 1):
+            for k in range(cells[row, 2], cells[row, 5] + 1):
+                start[j * width + k] -= 1
+                items[start[j * width + k]] = row
+
+
+@lean_kernel
+def _bounds_meet_in_cell(layer, f, g, i, j, k):
+    """Whether the bounds of two rows meet and the lower corner of what they share lies in this cell."""
+    p, q, bounds = layer.cells[f], layer.cells[g], layer.bounds
+    if max(p[0], q[0]) != i or max(p[1], q[1]) != j or max(p[2], q[2]) != k:
+        return False
+    return (
+        bounds[f, 0] <= bounds[g, 3]
+        and bounds[g, 0] <= bounds[f, 3]
+        and bounds[f, 1] <= bounds[g, 4]
+        and bounds[g, 1] <= bounds[f, 4]
+        and bounds[f, 2] <= bounds[g, 5]
+        and bounds[g, 2] <= bounds[f, 5]
+    )
+
+
+@lean_kernel
+def _pairs_in_cell(points, layer, items, i, j, k, pairs, found):
     """Append the intersecting pairs whose common bounds begin in this cell; return how many there are."""
-    points, facets, chosen = bounded.points, bounded.facets, bounded.chosen
+    facets, chosen = layer.facets, layer.chosen
     for x in range(len(items)):
         f = items[x]
         for y in range(x + 1, len(items)):
             g = items[y]
-            if not (chosen[f] or chosen[g]) or not _bounds_meet_in_cell(bounded, f, g, cell):
+            if not (chosen[f] or chosen[g]) or not _bounds_meet_in_cell(layer, f, g, i, j, k):
                 continue
             if triangles_intersect(
                 points, facets[f, 0], facets[f, 1], facets[f, 2], facets[g, 0], facets[g, 1], facets[g, 2]
             ):
                 if found == len(pairs):
                     return found
-                pairs[found, 0] = f
-                pairs[found, 1] = g
+                pairs[found, 0] = min(layer.ids[f], layer.ids[g])
+                pairs[found, 1] = max(layer.ids[f], layer.ids[g])
                 found += 1
     return found
 
 
 @lean_kernel
-def _has_chosen(chosen, items, start, end):
-    for n in range(start, end):
-        if chosen[items[n]]:
+def _has_chosen(chosen, items):
+    for row in items:
+        if chosen[row]:
             return True
     return False
 
 
 @kernel
-def _search(bounded, bins, limit):
-    start, items, shape = bins.start, bins.items, bins.grid.shape
+def _search(points, facets, chosen, grid, limit):
+    order, first, room = _by_layer(points, facets, grid)
+    layer = Layer(
+        np.empty((room, 3), np.int64),
+        np.empty((room, 6)),
+        np.empty((room, 6), np.int64),
+        np.empty(room, np.int64),
+        np.empty(room, np.bool_),
+    )
+    width, count, found = grid.shape[2], 0, 0
+    start, items = np.empty(grid.shape[1] * width + 1, np.int64), np.empty(0, np.int64)
     pairs = np.empty((limit, 2), np.int64)
-    found = 0
-    cell = np.empty(3, np.int64)
-    for c in range(len(start) - 1):
-        if start[c + 1] - start[c] > 1 and _has_chosen(bounded.chosen, items, start[c], start[c + 1]):
-            cell[0] = c // (shape[1] * shape[2])
-            cell[1] = c // shape[2] % shape[1]
-            cell[2] = c % shape[2]
-            found = _pairs_in_cell(bounded, items[start[c] : start[c + 1]], cell, pairs, found)
-            if found == limit:
-                break
+    for i in range(grid.shape[0]):
+        entering = order[first[i] : first[i + 1]]
+        count = _next_layer(points, facets, chosen, grid, layer, count, i, entering)
+        total = _fill(layer.cells, count, width, start)
+        if total > len(items):
+            items = np.empty(2 * total, np.int64)
+        _place(layer.cells, count, width, start, items)
+        for cell in range(len(start) - 1):
+            inside = items[start[cell] : start[cell + 1]]
+            if len(inside) > 1 and _has_chosen(layer.chosen, inside):
+                j, k = cell // width, cell % width
+                found = _pairs_in_cell(points, layer, inside, i, j, k, pairs, found)
+                if found == limit:
+                    return pairs
     return pairs[:found].copy()
 
 
@@ -97,17 +190,14 @@ def intersecting_pairs(
     Pairs come sorted, lower facet first. The search ends after `limit` pairs. chosen (m,) bool: only pairs
     with one of these facets are looked for.
     """
-    facets = np.ascontiguousarray(facets, np.int64)
-    points = np.array(points, np.float64, order="C")  # read-only arrays would be compiled for anew
+    facets = np.require(facets, np.int32, ["C", "W"])
+    points = np.require(points, np.float64, ["C", "W"])  # read-only arrays would be compiled for anew
     if len(facets) < 2:
         return np.zeros((0, 2), np.int64)
-    low, high, extent, least, most = _bounds(points, facets)
+    extent, least, most = _extents(points, facets)
     width = max(float(np.median(extent)), float(extent.mean()) / 2, 1e-300)
     while np.prod(np.floor((most - least) / width) + 1) > CELLS_PER_FACET * len(facets) + MORE_CELLS:
         width *= WIDER
-    grid = grid_over(least, most, width)
-    first = cells_of(low, grid)
-    bins = fill_bins(first, cells_of(high, grid), grid)
     chosen = np.ones(len(facets), bool) if chosen is None else chosen
-    pairs = _search(BoundedFacets(points, facets, low, high, first, chosen), bins, int(limit))
+    pairs = _search(points, facets, chosen, grid_over(least, most, width), int(limit))
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
