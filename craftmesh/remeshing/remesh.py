@@ -14,9 +14,9 @@ from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.guarded_move import SMOOTHING, MoveBounds, guarded_move
-from craftmesh.surface.measure import facet_angles, side_volumes
+from craftmesh.surface.measure import enclosed, facet_angles, numbered
 from craftmesh.surface.patches import PLANES
-from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
+from craftmesh.surface.smoothing import lapped, smoothing_neighbours
 from craftmesh.surface.volumes import restore_volumes
 from craftmesh.types import Surface, Voxels
 
@@ -144,40 +144,30 @@ def smooth(
     classes = Classification(raw)
     drawn = smoothing_neighbours(classes)
     points, fixed = raw.points, classes.held.copy()
-    volumes = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
-    least = {label: options.least_volume * volume for label, volume in volumes.items() if volume > 0}
+    labels, place = numbered(raw.sides)
+    place = place.astype(np.int32)
+    least = options.least_volume * np.maximum(enclosed(points, raw.facets, place, len(labels)), 0.0)
+    least[labels == 0] = 0.0
+
+    def vanished(points: np.ndarray) -> np.ndarray:
+        """(m,) bool: facets of grains and voids that have less than their `least` volume at the points."""
+        gone = (enclosed(points, raw.facets, place, len(labels)) < least) & (least > 0)
+        return gone[place].any(axis=1) if gone.any() else np.zeros(len(place), bool)
+
     bounds = replace(SMOOTHING, quality=options.sliver_quality, edge=options.sliver_edge)
     laplace = [options.laplace_weight] * options.laplace_laps
     taubin = [options.laplace_weight, options.taubin_weight] * options.taubin_laps
     stages = [stage for stage in (laplace[:1], laplace[1:], taubin) if stage]  # between checkpoints
     for number, weights in enumerate(stages):
-        lapped = partial(_lapped, points, weights, drawn, fixed)
-        points, held = guarded_move(
-            replace(raw, points=points), lapped, bounds, partial(_vanished, raw, least)
-        )
+        targets = partial(_targets, points, weights, drawn, fixed)
+        points, held = guarded_move(replace(raw, points=points), targets, bounds, vanished)
         fixed[held] = True
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
     return points, int(fixed.all(axis=1).sum() - classes.held.all(axis=1).sum())
 
 
-def _lapped(
+def _targets(
     points: np.ndarray, weights: list[float], drawn: csr_array, fixed: np.ndarray, held: np.ndarray
 ) -> np.ndarray:
-    """Return points (n, 3) after a lap per weight, drawn by `smoothing_neighbours`.
-
-    fixed (n, 3): coordinates that stay; held (n,): points that stay.
-    """
-    stay = fixed | held[:, None]
-    for weight in weights:
-        points = points + weight * np.where(stay, 0.0, to_neighbours(points, drawn))
-    return points
-
-
-def _vanished(raw: Surface, least: dict[int, float], points: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: facets of grains and voids that have less than their `least` volume at the points.
-
-    Voids open to the outside have no volume of their own: a negative one is not looked at.
-    """
-    volume = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
-    gone = [label for label, bound in least.items() if volume[label] < bound]
-    return np.isin(raw.sides[:, 0], gone) | np.isin(raw.sides[:, 1], gone)
+    """Return points (n, 3) after laps, the fixed (n, 3) coordinates and held (n,) points as they are."""
+    return lapped(points, weights, drawn, fixed | held[:, None])

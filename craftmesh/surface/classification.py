@@ -27,7 +27,7 @@ class Classification:
     @cached_property
     def features(self) -> FeatureEdges:
         """The edges of the surface, and which of them are feature edges."""
-        return feature_edges(self.surface, self._patch)
+        return feature_edges(self.surface, self.patch)
 
     @cached_property
     def degree(self) -> np.ndarray:
@@ -43,7 +43,7 @@ class Classification:
         """
         features, count = self.features, len(self.surface.points)
         # hash of each facet's patch: its sum over an edge's facets identifies the set of patches there
-        mixed = (self._patch.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+        mixed = (self.patch.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
         mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
         at_edge = np.zeros(len(features.edges), np.uint64)
         np.add.at(at_edge, features.of_corner.ravel(), np.repeat(mixed, 3))
@@ -85,7 +85,8 @@ class Classification:
         return ~(self.held | self.on_crack[:, None])
 
     @cached_property
-    def _patch(self) -> np.ndarray:
+    def patch(self) -> np.ndarray:
+        """(m,) int64: the patch of each facet."""
         return (self.given_patches or patches(self.surface)).of_facet
 
     def _among(self, corners: np.ndarray) -> np.ndarray:

@@ -1,16 +1,15 @@
 """Move points to their targets, except points whose move would make a facet invalid or degraded."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from craftmesh.surface.connectivity import touching
 from craftmesh.surface.kernels.corner_lists import corner_lists
-from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_cosines
+from craftmesh.surface.kernels.spoiled import spoiled
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, spoiled_facets
-from craftmesh.surface.patches import facets_beyond_box
+from craftmesh.surface.patches import box_levels
 from craftmesh.types import Surface
 
 
@@ -57,61 +56,46 @@ def guarded_move(
     moved points. known (k, 2): pairs of facets that may intersect; None: pairs that already do. Points of
     bad facets are held, and the move is tried again.
     """
-    points, facets = surface.points, surface.facets.astype(np.int64)
+    points, facets = np.array(surface.points), np.array(surface.facets)  # kernels take no read-only ones
+    lists, levels = corner_lists(facets, len(points)), box_levels(surface)
     held, last = np.zeros(len(points), bool), points
     rings = -PATIENCE if isinstance(targets, np.ndarray) else 1
     while True:
         moved = targets(held) if callable(targets) else np.where(held[:, None], points, targets)
         changed = touching(facets, (moved != last).any(axis=1))
-        bad = np.zeros(len(facets), bool) if spoils is None else spoils(moved)
-        rows = np.flatnonzero(changed)
-        bad[rows] |= _spoiled(surface, facets, moved, bounds, rows)
+        bad = spoiled(points, moved, facets, lists, changed, levels, astuple(bounds))
+        if spoils is not None:
+            bad |= spoils(moved)
         pairs = intersecting_pairs(moved, facets, chosen=changed)
         if len(pairs):
-            known = intersecting_pairs(points, facets) if known is None else known
-            stride = np.array([len(facets), 1])
             is_moved = touching(facets, (moved != points).any(axis=1))
-            bad[pairs[~np.isin(pairs @ stride, known @ stride) & is_moved[pairs].any(axis=1)]] = True
-        newly = _to_hold(facets, bad, rings, np.linalg.norm(moved - points, axis=1)) & ~held
+            bad[pairs[is_moved[pairs].any(axis=1) & ~_among(pairs, known, points, facets)]] = True
+        newly = _to_hold(facets, bad, rings, moved - points) & ~held
         if not newly.any():
             return moved, held
         held, last, rings = held | newly, moved, rings + 1
 
 
-def _spoiled(
-    surface: Surface, facets: np.ndarray, moved: np.ndarray, bounds: MoveBounds, rows: np.ndarray
+def _among(
+    pairs: np.ndarray, known: np.ndarray | None, points: np.ndarray, facets: np.ndarray
 ) -> np.ndarray:
-    """Return a mask (k,) of the facets `rows` that break the bounds with the moved points."""
-    points, chosen = surface.points, facets[rows]
-    bad = spoiled_facets(moved, points, chosen, bounds.quality, bounds.edge)
-    bad |= facets_beyond_box(moved, points, chosen, surface.kind[rows])
-    before, after = area_vectors(points, chosen), area_vectors(moved, chosen)
-    size = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-    bad |= np.einsum("ij,ij->i", before, after) < np.cos(np.radians(bounds.turn)) * size
-    cosine = _sharpest(moved, facets, rows)
-    sharp = np.flatnonzero(cosine > SHARP_COSINE)
-    bad[sharp] |= cosine[sharp] > _sharpest(points, facets, rows[sharp])
-    return bad
+    """Return a mask (k,) of pairs (k, 2) of facets that are in `known`; None: that intersect at the points."""
+    if known is None:
+        rows = np.unique(pairs)
+        known = rows[intersecting_pairs(points, facets[rows])]
+    stride = np.array([len(facets), 1])
+    return np.isin(pairs @ stride, known @ stride)
 
 
-def _sharpest(points: np.ndarray, facets: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the largest cosine (k,) of the wedges between each of the facets `rows` and its neighbours."""
-    near = np.zeros(len(points), bool)
-    near[facets[rows]] = True
-    around = np.flatnonzero(near[facets].sum(axis=1) > 1)
-    cosines = sharpest_cosines(points, facets[around], *corner_lists(facets[around], len(points)))
-    return cosines[np.searchsorted(around, rows)]
-
-
-def _to_hold(facets: np.ndarray, bad: np.ndarray, rings: int, step: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of points to hold for the facets `bad` (m,); step (n,): how far points move.
+def _to_hold(facets: np.ndarray, bad: np.ndarray, rings: int, way: np.ndarray) -> np.ndarray:
+    """Return a mask (n,) of points to hold for the facets `bad` (m,); way (n, 3): the points' moves.
 
     If rings < 0, only the farthest-moving point of each facet; else all its points and `rings` rings
     around.
     """
     if rings >= 0:
-        return vertices_around(facets, bad, rings, len(step))
-    hold = np.zeros(len(step), bool)
+        return vertices_around(facets, bad, rings, len(way))
+    hold, step = np.zeros(len(way), bool), np.linalg.norm(way, axis=1)
     farthest = step[facets[bad]].argmax(axis=1)
     hold[np.take_along_axis(facets[bad], farthest[:, None], axis=1)] = True
     return hold & (step > 0)

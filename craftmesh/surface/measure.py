@@ -19,7 +19,7 @@ def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 def _for_kernels(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points and facets of the types that kernels are compiled for."""
-    return np.ascontiguousarray(points, float), np.ascontiguousarray(facets, np.int64)
+    return np.require(points, float, ["C", "W"]), np.require(facets, np.int32, ["C", "W"])
 
 
 def total_area(points: np.ndarray, facets: np.ndarray) -> float:
@@ -81,22 +81,6 @@ def is_degenerate(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     return np.linalg.norm(area_vectors(points, facets), axis=1) <= FLAT * longest
 
 
-def spoiled_facets(
-    points: np.ndarray, before: np.ndarray, facets: np.ndarray, min_quality: float, min_edge: float
-) -> np.ndarray:
-    """Return a mask (m,) of facets of too low quality or too short an edge, and worse than `before`.
-
-    before (n, 3): the points before they moved; min_quality as in `facet_shapes`; min_edge is a length.
-    """
-    quality, edge = facet_shapes(points, facets)
-    low, short = quality < min_quality, edge < min_edge
-    spoiled = low | short
-    rows = np.flatnonzero(spoiled)
-    old_quality, old_edge = facet_shapes(before, facets[rows])
-    spoiled[rows] = np.where(low[rows], quality[rows] < old_quality, edge[rows] < old_edge)
-    return spoiled
-
-
 def meets_box(corners: np.ndarray, box: np.ndarray) -> np.ndarray:
     """Return a mask (m,) of triangles (m, 3, 3) whose bounding boxes meet a box (2, 3)."""
     return ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
@@ -141,10 +125,16 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     A facet's volume counts for the label behind it and against the label ahead of it, so a crack
     facet with one grain on both sides adds nothing.
     """
-    swept = swept_volumes(points, facets)
-    labels, index = numbered(sides)
-    volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
+    labels, place = numbered(sides)
+    volume = enclosed(points, facets, place, len(labels))
     return {int(k): float(v) for k, v in zip(labels, volume) if k}
+
+
+def enclosed(points: np.ndarray, facets: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
+    """Return the volumes (count,) of labels as `side_volumes`, by their place (m, 2) at each facet."""
+    swept = swept_volumes(points, facets)
+    volumes: np.ndarray = np.bincount(place[:, 0], swept, count) - np.bincount(place[:, 1], swept, count)
+    return volumes
 
 
 def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dict[int, float]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.surface.connectivity import touching, unique_edges
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import numbered
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
 
@@ -87,17 +87,11 @@ def feature_edges(surface: Surface, of_facet: np.ndarray | None = None) -> Featu
     return FeatureEdges(edges, of_corner, count, is_feature)
 
 
-def facets_beyond_box(
-    moved: np.ndarray, points: np.ndarray, facets: np.ndarray, kind: np.ndarray
-) -> np.ndarray:
-    """Return a mask (m,) of facets (m, 3) of `kind` (m,) with a vertex that moved beyond a box plane.
-
-    points, moved (n, 3): the vertices before and after. Only box planes with facets count.
-    """
-    beyond = np.zeros(len(points), bool)
+def box_levels(surface: Surface) -> np.ndarray:
+    """Return the bounds (2, 3) of the box, infinite where no facet lies on its plane."""
+    levels = np.array([[-np.inf] * 3, [np.inf] * 3])
     for plane, axis, upper in PLANES:
-        on_plane = facets[kind == plane]
+        on_plane = surface.facets[surface.kind == plane]
         if len(on_plane):
-            level = points[on_plane[0, 0], axis]
-            beyond |= moved[:, axis] > level if upper else moved[:, axis] < level
-    return touching(facets, beyond)
+            levels[int(upper), axis] = surface.points[on_plane[0, 0], axis]
+    return levels

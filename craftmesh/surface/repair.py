@@ -7,7 +7,7 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.guarded_move import PATIENCE, vertices_around
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, volume_drift
-from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
+from craftmesh.surface.smoothing import lapped, smoothing_neighbours
 from craftmesh.types import Surface
 
 # Most smoothing passes; after each PATIENCE + 1 of them the moving neighbourhood grows by a ring of facets.
@@ -34,8 +34,7 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
         points = surface.points
         for done in range(ROUNDS):
             around = vertices_around(facets, faulty, done // (PATIENCE + 1), len(points))
-            displacement = WEIGHT * to_neighbours(points, drawn) * (mobile & around[:, None])
-            points = points + displacement
+            points = lapped(points, [WEIGHT], drawn, ~(mobile & around[:, None]))
             faulty = faulty_facets(points, facets)
             if faulty.sum() < best[1].sum():
                 best = points, faulty

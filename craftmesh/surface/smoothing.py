@@ -1,33 +1,32 @@
 """Smoothing of a surface: the neighbours that each vertex is drawn to; on a line, those along it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.sparse import csr_array
 
 from craftmesh.surface.classification import Classification
-from craftmesh.surface.kernels.facet_measures import ways_to_means
+from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.laps import drawn_by, laps
 
 
 def smoothing_neighbours(classes: Classification) -> csr_array:
-    """Return a sparse matrix (n, n), 1.0 where the vertex of the row is drawn to the vertex of the column.
+    """Return a mask (n, n), True where the vertex of the row is drawn to the vertex of the column.
 
     Vertices off all lines are drawn to all neighbours, vertices on lines and at junctions to neighbours
     along lines. On a box edge a vertex follows the edge. Where a grain boundary reaches the edge, it
     follows the boundary's lines instead, so that the boundary can slide along the edge.
     """
-    tail, head = np.concatenate([classes.features.edges, classes.features.edges[:, ::-1]]).T
-    is_line = np.tile(classes.features.is_feature, 2)
-    on_box_edge = classes.held.sum(axis=1) >= 2
-    along_box_edge = is_line & ((classes.held[tail] & classes.held[head]).sum(axis=1) >= 2)
-    meets_boundary = on_box_edge & (classes.degree > 2)
-    drawn = is_line | (classes.degree[tail] == 0)
-    drawn &= ~(along_box_edge & meets_boundary[tail])
-    tail, head = tail[drawn], head[drawn]
-    return csr_array((np.ones(len(tail)), (tail, head)), (len(on_box_edge),) * 2)
+    facets, held = np.array(classes.surface.facets), classes.held
+    lists = corner_lists(facets, len(held))
+    start, ids = drawn_by(facets, classes.patch, held, lists)
+    return csr_array((np.ones(len(ids), bool), ids, start), (len(held),) * 2)
 
 
-def to_neighbours(points: np.ndarray, drawn: csr_array) -> np.ndarray:
-    """Return vectors (n, 3) from points to the means of the neighbours that they are drawn to, else 0.
+def lapped(points: np.ndarray, weights: Sequence[float], drawn: csr_array, stays: np.ndarray) -> np.ndarray:
+    """Return points (n, 3) after a lap per weight; coordinates in the mask `stays` (n, 3) do not change.
 
-    drawn: matrix from `smoothing_neighbours`.
+    In each lap all points move towards the means of the neighbours that they are drawn to, by the weight's
+    part of the distance. drawn: matrix from `smoothing_neighbours`.
     """
-    return ways_to_means(points, drawn.indptr, drawn.indices)
+    return laps(np.array(points), np.array(weights, float), drawn.indptr, drawn.indices, stays)

@@ -11,9 +11,10 @@ from craftmesh.arguments import LARGEST, as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
 from craftmesh.surface.classification import Classification
-from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.guarded_move import MoveBounds, guarded_move
-from craftmesh.surface.measure import area_vectors, mean_edges, swept_volumes
+from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.gradients import around_points, volume_gradients
+from craftmesh.surface.measure import enclosed
 from craftmesh.types import Surface
 
 # Largest move of a vertex in one correction, in its mean edge lengths.
@@ -41,22 +42,24 @@ def restore_volumes(
     held in the next correction, where other vertices compensate. Raise CraftmeshError if a target is not
     positive or its grain does not exist.
     """
-    facets = surface.facets.astype(np.int64)
+    facets = np.array(surface.facets)  # kernels take no read-only ones
     grains, target = checked_targets(targets, surface)
-    signs = _signs(surface.sides, grains)
+    rows, lists = _rows(surface.sides, grains), corner_lists(facets, len(surface.points))
     free = Classification(surface).free
     now, done = surface, 0
-    first = drift = signs @ swept_volumes(now.points, facets) / target - 1
+    first = drift = enclosed(now.points, facets, rows + 1, len(target) + 1)[1:] / target - 1
     held = np.zeros(len(free), bool)
     while done < rounds and np.abs(drift).max(initial=0) > TOLERANCE:
         progress(done / rounds, "restoring volumes")
         way = now.points - surface.points
-        way += _displacement(now.points, facets, signs, -drift * target, free & ~held[:, None])
+        way += _displacement(
+            np.array(now.points), facets, lists, rows, -drift * target, free & ~held[:, None]
+        )
         far = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
         places = surface.points + way * np.minimum(1.0, reach / far)[:, None]
         points, held = guarded_move(now, places, bounds or MoveBounds())
         now = replace(surface, points=points)
-        drift = signs @ swept_volumes(points, facets) / target - 1
+        drift = enclosed(points, facets, rows + 1, len(target) + 1)[1:] / target - 1
         done += 1
     report = {"rounds": done} | _drift_report("before", first) | _drift_report("after", drift)
     return now, report
@@ -81,35 +84,37 @@ def _drift_report(when: str, drift: np.ndarray) -> dict:
     return {f"mean_drift_{when}": float(size.mean()), f"worst_drift_{when}": float(size.max())}
 
 
-def _signs(sides: np.ndarray, grains: np.ndarray) -> csr_array:
-    """Return a sparse matrix (g, m): 1 if a facet bounds the grain behind it, -1 the one ahead, else 0."""
+def _rows(sides: np.ndarray, grains: np.ndarray) -> np.ndarray:
+    """Return rows (m, 2) int32 of the grains behind and ahead of each facet, -1 if there is none."""
     bounds = np.isin(sides, grains) & (sides[:, :1] != sides[:, 1:])
-    facet, side = np.nonzero(bounds)
-    row = np.searchsorted(grains, sides[facet, side])
-    return csr_array((1.0 - 2 * side, (row, facet)), (len(grains), len(sides)))
+    return np.where(bounds, np.searchsorted(grains, sides), -1).astype(np.int32)
 
 
 def _displacement(
-    points: np.ndarray, facets: np.ndarray, signs: csr_array, missing: np.ndarray, mobile: np.ndarray
+    points: np.ndarray,
+    facets: np.ndarray,
+    lists: tuple[np.ndarray, np.ndarray],
+    grains: np.ndarray,
+    missing: np.ndarray,
+    mobile: np.ndarray,
 ) -> np.ndarray:
     """Return least-squares displacements (n, 3) that add the missing volumes, limited at each vertex.
 
-    missing (g,): volume that each grain lacks; mobile (n, 3): mask of coordinates that may change. The
-    gradient of a volume at a vertex is a third of the area vectors of its facets. The weights are inverse
-    vertex areas, so a patch moves by the same distance along its normal whatever the sizes of its facets.
+    lists: corner lists of the facets; grains (m, 2): rows from `_rows`; missing (g,): volume that each grain
+    lacks; mobile (n, 3): mask of coordinates that may change. The gradient of a volume at a vertex is a
+    third of the area vectors of its facets. The weights are inverse vertex areas, so a patch moves by the
+    same distance along its normal whatever the sizes of its facets.
     """
-    area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
-    area = np.bincount(facets.ravel(), area, len(points))
-    reach, weight = mean_edges(points, facet_edges(facets)), 1 / np.maximum(area, 1e-9 * area.mean())
-    first = np.arange(0, facets.size + 1, 3)
-    corners = csr_array((np.ones(facets.size), facets.ravel(), first), (len(facets), len(points)))
-    third = area_vectors(points, facets) / 3
-    gradient = [signs @ diags_array(third[:, k]) @ corners for k in range(3)]
-    weighted = [matrix @ diags_array(weight * mobile[:, k]) for k, matrix in enumerate(gradient)]
-    system = sum(left @ matrix.T for left, matrix in zip(weighted, gradient)).tocsc()
+    area, reach = around_points(points, facets, lists)
+    weight = 1 / np.maximum(area, 1e-9 * area.mean())
+    start, rows, vectors = volume_gradients(points, facets, lists, grains)
+    shape = (len(points), len(missing))
+    gradient = [csr_array((vectors[:, k], rows, start), shape) for k in range(3)]
+    weighted = [diags_array(weight * mobile[:, k]) @ matrix for k, matrix in enumerate(gradient)]
+    system = sum(left.T @ matrix for left, matrix in zip(weighted, gradient)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
     pressure = np.atleast_1d(scipy.sparse.linalg.spsolve((system + diags_array(lift)).tocsc(), missing))
-    displacement = np.stack([matrix.T @ pressure for matrix in weighted], axis=1)
+    displacement = np.stack([matrix @ pressure for matrix in weighted], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]

@@ -83,7 +83,7 @@ def _march(ranks, solid, scratch):
     nx, ny, nz = ranks.shape
     slab_ids = np.full((3, 3, ny, nz), -1, np.int64)
     points = np.empty((1024, 3))
-    facets = np.empty((1024, 5), np.int64)
+    facets = np.empty((1024, 5), np.int32)
     n_points = n_facets = 0
     labels, cell = np.empty(8, np.int64), np.empty(3, np.int64)
     ids = np.empty(MAX_POINTS, np.int64)
@@ -112,11 +112,12 @@ def _march(ranks, solid, scratch):
 
 def _ranks_by_volume(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return each voxel's rank among the labels, sorted by voxel count, then label, and those labels."""
-    found, index, count = np.unique(labels, return_inverse=True, return_counts=True)
-    order = np.lexsort((found, count))
-    rank = np.empty(len(found), np.int64)
+    found = np.unique(labels)
+    index = np.searchsorted(found, labels)
+    order = np.lexsort((found, np.bincount(index.ravel())))
+    rank = np.empty(len(found), np.int32)
     rank[order] = np.arange(len(found))
-    return rank[index].reshape(labels.shape), found[order]
+    return rank[index], found[order]
 
 
 def _pad_with_outside(ranks: np.ndarray) -> np.ndarray:
@@ -133,7 +134,7 @@ def march(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
     """Return the conformal surface between the labels (nx, ny, nz) of a volume, in voxels from its corner.
 
     Labels > 0 are grains, 0 is outside, -k the void k; only facets that bound a grain are kept.
-    Returns points (n, 3) float64 with the box at [0, shape], facets (m, 3) int64, sides (m, 2) int32
+    Returns points (n, 3) float64 with the box at [0, shape], facets (m, 3) int32, sides (m, 2) int32
     (labels behind and ahead of the normal) and kind (m,) uint8: 0, or 1..6 for the planes of the box.
     The result does not depend on the numbering of labels that differ in volume. Face rule after
     Wu & Sullivan (2003), see `cell_faces`.

@@ -1,8 +1,8 @@
-"""Measures of all facets (m, 3) on points (n, 3), and vectors from points to their neighbours' means."""
+"""Measures of all facets (m, 3) on points (n, 3) at once."""
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 
 TINY = np.finfo(np.float64).tiny
@@ -21,21 +21,25 @@ def area_vectors_of(points, facets):
     return vectors
 
 
+@lean_kernel
+def shape_of(points, a, b, c):
+    """Return the quality, 4 sqrt(3) area / sum of squared edges, and the shortest edge of a facet."""
+    x, y, z = area_vector(points, a, b, c)
+    area = np.sqrt((0.5 * x) * (0.5 * x) + (0.5 * y) * (0.5 * y) + (0.5 * z) * (0.5 * z))
+    first, second, third = (
+        squared_distance(points, a, b),
+        squared_distance(points, b, c),
+        squared_distance(points, c, a),
+    )
+    return IDEAL * area / max(first + second + third, TINY), np.sqrt(min(first, second, third))
+
+
 @kernel
 def shapes_of(points, facets):
-    """Return the quality (m,), 4 sqrt(3) area / sum of squared edges, and the shortest edges (m,)."""
+    """Return the quality (m,) and the shortest edges (m,) of the facets, as `shape_of`."""
     quality, shortest = np.empty(len(facets)), np.empty(len(facets))
     for f in range(len(facets)):
-        a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
-        x, y, z = area_vector(points, a, b, c)
-        area = np.sqrt((0.5 * x) * (0.5 * x) + (0.5 * y) * (0.5 * y) + (0.5 * z) * (0.5 * z))
-        first, second, third = (
-            squared_distance(points, a, b),
-            squared_distance(points, b, c),
-            squared_distance(points, c, a),
-        )
-        quality[f] = IDEAL * area / max(first + second + third, TINY)
-        shortest[f] = np.sqrt(min(first, second, third))
+        quality[f], shortest[f] = shape_of(points, facets[f, 0], facets[f, 1], facets[f, 2])
     return quality, shortest
 
 
@@ -49,24 +53,3 @@ def volumes_from(centre, points, facets):
         along = (points[a, 0] - centre[0]) * (0.5 * x) + (points[a, 2] - centre[2]) * (0.5 * z)
         volumes[f] = (along + (points[a, 1] - centre[1]) * (0.5 * y)) / 3.0
     return volumes
-
-
-@kernel
-def ways_to_means(points, start, neighbours):
-    """Return vectors (n, 3) from points to the means of their neighbours, 0 without neighbours.
-
-    Point v has the neighbours neighbours[start[v] : start[v + 1]].
-    """
-    ways = np.zeros(points.shape)
-    for v in range(len(points)):
-        count = start[v + 1] - start[v]
-        if count > 0:
-            x = y = z = 0.0
-            for n in range(start[v], start[v + 1]):
-                x += points[neighbours[n], 0]
-                y += points[neighbours[n], 1]
-                z += points[neighbours[n], 2]
-            ways[v, 0] = x / count - points[v, 0]
-            ways[v, 1] = y / count - points[v, 1]
-            ways[v, 2] = z / count - points[v, 2]
-    return ways

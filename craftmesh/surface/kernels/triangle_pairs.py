@@ -8,8 +8,8 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cell_along, grid_over
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
-# Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first and
-# last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
+# Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first
+# and last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
 Layer = namedtuple("Layer", "facets bounds cells ids chosen")
 # Cells of the grid: at most so many a facet, and so many more.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
@@ -33,7 +33,7 @@ def _extents(points, facets):
 
 @kernel
 def _by_layer(points, facets, grid):
-    """Return the facets (m,) by first layers, where those of each start, and the most that reach into one."""
+    """Return the facets (m,) by first layers, where those of each start, and the most in one layer."""
     layers = grid.shape[0]
     first, start, change = (
         np.empty(len(facets), np.int32),
