@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from models import voronoi
 
+from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.kernels.triangles import CONTACT, triangles_intersect
 
@@ -139,6 +141,24 @@ def test_the_grid_finds_what_all_pairs_find(seed):
         if triangles_intersect(points, *facets[f], *facets[g])
     ]
     assert intersecting_pairs(points, facets).tolist() == [list(pair) for pair in expected]
+
+
+@settings(deadline=None, max_examples=12)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.05, 0.3, 0.6, 1.0]))
+def test_surfaces_with_stars_of_any_kind_are_searched_as_all_pairs(seed, size):
+    """Points go astray: little enough for even stars, or so far that facets fold and cross."""
+    rng = np.random.default_rng(seed)
+    points, facets, _, _ = march(voronoi(seed % 1000, 3, (4, 4, 4)).labels)
+    points = points + size * rng.random((len(points), 1)) ** 4 * rng.normal(size=points.shape)
+    expected = [
+        [f, g]
+        for f, g in combinations(range(len(facets)), 2)
+        if triangles_intersect(points, *facets[f], *facets[g])
+    ]
+    assert intersecting_pairs(points, facets).tolist() == expected
+    chosen = rng.random(len(facets)) < 0.1
+    with_chosen = [pair for pair in expected if chosen[pair].any()]
+    assert intersecting_pairs(points, facets, chosen=chosen).tolist() == with_chosen
 
 
 def test_limit_and_empty_input():

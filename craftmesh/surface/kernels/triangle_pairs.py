@@ -6,11 +6,15 @@ import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cell_along, grid_over
+from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
 # Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first
 # and last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
 Layer = namedtuple("Layer", "facets bounds cells ids chosen")
+# Of an even star: the least cosine between its facets' normals and their sum, and the least area of a facet
+# over its squared edges. Any above rounding would do: fewer stars are even, and more pairs are looked at.
+STEEP, THIN = 0.3, 1e-4
 # Cells of the grid: at most so many a facet, and so many more.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
 # Cells grow by this factor until they are few enough.
@@ -55,17 +59,109 @@ def _by_layer(points, facets, grid):
 
 
 @lean_kernel
+def _mixed(vertex):
+    key = np.uint64(vertex + 1) * np.uint64(0x9E3779B97F4A7C15)
+    return (key ^ (key >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
+
+
+@kernel
+def _even_stars(points, facets):
+    """Return (n,) bool: points whose facets go around them once, closed, as a height over a plane.
+
+    No two facets of such a point meet in more than their common vertices. The sum of hashes of the ends of
+    the edges across from a point is 0 only if each of its edges has one facet on either side.
+    """
+    normals, link = np.zeros(points.shape), np.zeros(len(points), np.uint64)
+    turns, even = np.zeros(len(points), np.int32), np.ones(len(points), np.bool_)
+    for f in range(len(facets)):
+        x, y, z = area_vector(points, facets[f, 0], facets[f, 1], facets[f, 2])
+        for k in range(3):
+            v = facets[f, k]
+            link[v] += _mixed(facets[f, (k + 1) % 3]) - _mixed(facets[f, (k + 2) % 3])
+            normals[v, 0] += x
+            normals[v, 1] += y
+            normals[v, 2] += z
+    for f in range(len(facets)):
+        a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
+        x, y, z = area_vector(points, a, b, c)
+        edges = (
+            squared_distance(points, a, b) + squared_distance(points, b, c) + squared_distance(points, c, a)
+        )
+        size2 = x * x + y * y + z * z
+        is_thin = size2 <= (THIN * edges) ** 2
+        for k in range(3):
+            v, b, c = facets[f, k], facets[f, (k + 1) % 3], facets[f, (k + 2) % 3]
+            u, s, t = normals[v, 0], normals[v, 1], normals[v, 2]
+            along = x * u + y * s + z * t
+            if is_thin or along <= 0.0 or along * along <= STEEP * STEEP * size2 * (u * u + s * s + t * t):
+                even[v] = False
+            elif abs(u) < abs(t):  # heights of the corners over a plane through the normal
+                before, behind = _height(points, v, b, 0.0, t, -s), _height(points, v, c, 0.0, t, -s)
+                turns[v] += before < 0.0 <= behind
+            else:
+                before, behind = _height(points, v, b, -s, u, 0.0), _height(points, v, c, -s, u, 0.0)
+                turns[v] += before < 0.0 <= behind
+    for v in range(len(points)):
+        even[v] = even[v] and link[v] == 0 and turns[v] == 1
+    return even
+
+
+@lean_kernel
+def _height(points, v, b, x, y, z):
+    return (
+        (points[b, 0] - points[v, 0]) * x
+        + (points[b, 1] - points[v, 1]) * y
+        + (points[b, 2] - points[v, 2]) * z
+    )
+
+
+@lean_kernel
+def _share_even_star(facets, f, g, even):
+    for i in range(3):
+        v = facets[f, i]
+        if even[v] and (facets[g, 0] == v or facets[g, 1] == v or facets[g, 2] == v):
+            return True
+    return False
+
+
+@lean_kernel
+def _set_box(points, facets, f, grid, bounds, cells, row):
+    """Fill a row of bounds, and of the first and last cells, of facet f."""
+    for k in range(3):
+        a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
+        bounds[row, k] = min(a, b, c)
+        bounds[row, 3 + k] = max(a, b, c)
+        cells[row, k] = cell_along(grid, bounds[row, k], k)
+        cells[row, 3 + k] = cell_along(grid, bounds[row, 3 + k], k)
+
+
+@kernel
+def _near_chosen(points, facets, chosen, grid):
+    """Return (m,) bool: facets that share a cell with a chosen one."""
+    near, (nx, ny, nz) = chosen.copy(), grid.shape
+    marked = np.zeros((nx, ny, nz), np.bool_)
+    bounds, box = np.empty((1, 6)), np.empty((1, 6), np.int64)
+    for marks in (True, False):
+        for f in range(len(facets)):
+            if chosen[f] != marks:
+                continue
+            _set_box(points, facets, f, grid, bounds, box, 0)
+            for i in range(box[0, 0], box[0, 3] + 1):
+                for j in range(box[0, 1], box[0, 4] + 1):
+                    for k in range(box[0, 2], box[0, 5] + 1):
+                        marked[i, j, k] |= marks
+                        near[f] |= marked[i, j, k]
+    return near
+
+
+@lean_kernel
 def _enter(points, facets, chosen, grid, layer, row):
     """Fill the row of a layer whose id is set."""
     f = layer.ids[row]
     layer.chosen[row] = chosen[f]
     for k in range(3):
         layer.facets[row, k] = facets[f, k]
-        a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
-        layer.bounds[row, k] = min(a, b, c)
-        layer.bounds[row, 3 + k] = max(a, b, c)
-        layer.cells[row, k] = cell_along(grid, layer.bounds[row, k], k)
-        layer.cells[row, 3 + k] = cell_along(grid, layer.bounds[row, 3 + k], k)
+    _set_box(points, facets, f, grid, layer.bounds, layer.cells, row)
 
 
 @lean_kernel
@@ -124,7 +220,7 @@ def _bounds_meet_in_cell(layer, f, g, i, j, k):
 
 
 @lean_kernel
-def _pairs_in_cell(points, layer, items, i, j, k, pairs, found):
+def _pairs_in_cell(points, layer, even, items, i, j, k, pairs, found):
     """Append the intersecting pairs whose common bounds begin in this cell; return how many there are."""
     facets, chosen = layer.facets, layer.chosen
     for x in range(len(items)):
@@ -133,7 +229,7 @@ def _pairs_in_cell(points, layer, items, i, j, k, pairs, found):
             g = items[y]
             if not (chosen[f] or chosen[g]) or not _bounds_meet_in_cell(layer, f, g, i, j, k):
                 continue
-            if triangles_intersect(
+            if not _share_even_star(facets, f, g, even) and triangles_intersect(
                 points, facets[f, 0], facets[f, 1], facets[f, 2], facets[g, 0], facets[g, 1], facets[g, 2]
             ):
                 if found == len(pairs):
@@ -155,6 +251,7 @@ def _has_chosen(chosen, items):
 @kernel
 def _search(points, facets, chosen, grid, limit):
     order, first, room = _by_layer(points, facets, grid)
+    even = _even_stars(points, facets)
     layer = Layer(
         np.empty((room, 3), np.int64),
         np.empty((room, 6)),
@@ -176,7 +273,7 @@ def _search(points, facets, chosen, grid, limit):
             inside = items[start[cell] : start[cell + 1]]
             if len(inside) > 1 and _has_chosen(layer.chosen, inside):
                 j, k = cell // width, cell % width
-                found = _pairs_in_cell(points, layer, inside, i, j, k, pairs, found)
+                found = _pairs_in_cell(points, layer, even, inside, i, j, k, pairs, found)
                 if found == limit:
                     return pairs
     return pairs[:found].copy()
@@ -198,6 +295,10 @@ def intersecting_pairs(
     width = max(float(np.median(extent)), float(extent.mean()) / 2, 1e-300)
     while np.prod(np.floor((most - least) / width) + 1) > CELLS_PER_FACET * len(facets) + MORE_CELLS:
         width *= WIDER
-    chosen = np.ones(len(facets), bool) if chosen is None else chosen
-    pairs = _search(points, facets, chosen, grid_over(least, most, width), int(limit))
+    grid, rows = grid_over(least, most, width), np.arange(len(facets))
+    if chosen is not None:
+        rows = np.flatnonzero(_near_chosen(points, facets, chosen, grid))
+        facets = facets[rows]
+    chosen = np.ones(len(facets), bool) if chosen is None else chosen[rows]
+    pairs = rows[_search(points, facets, chosen, grid, int(limit))]
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
