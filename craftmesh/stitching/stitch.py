@@ -5,16 +5,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from craftmesh.arguments import as_array, check_indices, typed
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.tet_connectivity import group_triples
+from craftmesh.mesh.tet_connectivity import RowGroups, group_triples
 from craftmesh.options import Options, option
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
 from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, starts_of, with_voids
 from craftmesh.surface.connectivity import compact, joined, lowest_equal_point, open_edges, same_turn
+from craftmesh.surface.kernels.boundaries import close_pairs
 from craftmesh.surface.measure import swept_volumes, unit_normals
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import INTERFACE, Surface
 
 
@@ -33,11 +34,15 @@ FACING_OUT = 0.9  # least cosine between the normal of a facet of the box and th
 
 @dataclass(frozen=True, eq=False)
 class _Soup:
-    """All grains' facets on shared points, outward normals, rows in the order of the grain ids."""
+    """All grains' facets on shared points, outward normals, rows in the order of the grain ids.
+
+    groups: the facets with the same corners.
+    """
 
     points: np.ndarray
     facets: np.ndarray
     grain: np.ndarray
+    groups: RowGroups
 
 
 @typed
@@ -90,12 +95,14 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
     merged = inverse[facets]
     distinct = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
     kept = distinct.copy()
-    kept[distinct] = ~_folded(merged[distinct], grain[distinct])
+    groups = group_triples(merged[distinct])
+    kept[distinct] = ~_folded(merged[distinct], grain[distinct], groups.pairs)
     if not kept.all():
         refuse_lost(points, facets, grain, kept)
         merged, grain = merged[kept], grain[kept]
+        groups = group_triples(merged)
     del facets
-    soup, turned = _outward(points[first], merged, grain)
+    soup, turned = _outward(points[first], merged, grain, groups)
     used = np.zeros(len(soup.points), bool)
     used[soup.facets] = True
     return soup, {
@@ -136,13 +143,15 @@ def _first_equal(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.flatnonzero(is_first), (np.cumsum(is_first) - 1)[lowest]
 
 
-def _outward(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> tuple[_Soup, list[int]]:
+def _outward(
+    points: np.ndarray, facets: np.ndarray, grain: np.ndarray, groups: RowGroups
+) -> tuple[_Soup, list[int]]:
     """Return the soup with the facets of grains that are inside out turned, and the ids of those."""
     start = starts_of(grain)
     swept = np.add.reduceat(swept_volumes(points, facets), start[:-1])
     for n in np.flatnonzero(swept < 0):
         facets[start[n] : start[n + 1]] = facets[start[n] : start[n + 1], ::-1]
-    return _Soup(points, facets, grain), grain[start[:-1][swept < 0]].tolist()
+    return _Soup(points, facets, grain, groups), grain[start[:-1][swept < 0]].tolist()
 
 
 def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turned: list[int]) -> list[str]:
@@ -164,18 +173,18 @@ def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turne
 
 def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return for each point the first point of its cluster within the tolerance."""
-    reach = tolerance * np.linalg.norm(np.ptp(points, axis=0))
-    pairs = scipy.spatial.cKDTree(points).query_pairs(reach, output_type="ndarray")
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
     lowest = np.arange(len(points))
+    pairs = close_pairs(points - points[0], tolerance * size, max(4 * tolerance, ROUNDING) * size or 1.0)
     if len(pairs):
         _, first, of = np.unique(joined(len(points), *pairs.T), return_index=True, return_inverse=True)
         lowest = first[of]
     return lowest
 
 
-def _folded(facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
+def _folded(facets: np.ndarray, grain: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Return (m,) bool: facets of one grain that lie on each other in pairs, where thin parts collapsed."""
-    a, b = group_triples(facets).pairs.T
+    a, b = pairs.T
     folded = (grain[a] == grain[b]) & ~same_turn(facets[a], facets[b])
     is_folded = np.zeros(len(facets), bool)
     is_folded[a[folded]] = is_folded[b[folded]] = True
@@ -185,7 +194,7 @@ def _folded(facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
 def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
     """Return each facet once, seen from its grain of lower id, with sides; the outside is 0."""
     _refuse_open(soup)
-    groups = group_triples(soup.facets)
+    groups = soup.groups
     lead, pairs, crowded = groups.lead, groups.pairs, np.flatnonzero(groups.count > 2)
     if len(crowded):
         rows = groups.order[slice(*groups.first[crowded[0] : crowded[0] + 2])]

@@ -1,13 +1,14 @@
 """Open edges and shells of grains, against plain counting."""
 
 from collections import Counter
+from itertools import combinations
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.surface.connectivity import joined, open_edges
-from craftmesh.surface.kernels.boundaries import outer_shells
+from craftmesh.surface.kernels.boundaries import close_pairs, outer_shells
 
 POINTS = 5  # so few that edges often are alike
 FACETS = st.lists(st.permutations(range(POINTS)).map(lambda row: row[:3]), min_size=1, max_size=40)
@@ -43,3 +44,17 @@ def test_shells_of_a_grain_are_those_that_points_join(grains, random):
         expected.append(int((volumes > 0).sum()))
     facets = array([row for own in grains for row in own])
     assert outer_shells(facets, start, swept, POINTS).tolist() == expected
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-6, 0.02, 0.2]))
+def test_close_pairs_are_those_of_all_pairs(seed, reach):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(60, 3))
+    points[30:] = points[:30] + reach * rng.normal(size=(30, 3))
+    expected = {
+        (p, q) for p, q in combinations(range(60), 2) if ((points[p] - points[q]) ** 2).sum() <= reach**2
+    }
+    found = close_pairs(points, reach, max(4 * reach, 1e-12))
+    assert {(min(pair), max(pair)) for pair in found.tolist()} == expected
+    assert len(expected) >= 30 * (reach == 0)  # every point and its copy

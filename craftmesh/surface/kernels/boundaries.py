@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
+from craftmesh.surface.kernels.facet_shape import squared_distance
 from craftmesh.surface.kernels.union_find import root_of
 
 
@@ -37,6 +38,47 @@ def lowest_equal_rows(bits):
             table[slot] = other = row
         lowest[row] = other
     return lowest
+
+
+@kernel
+def close_pairs(points, reach, width):
+    """Return the pairs (k, 2) of points (n, 3), the lower last, within the reach; some may come twice.
+
+    Points are found by a hash of their cell. The width of cells is at least twice the reach.
+    """
+    pairs, found = np.empty((64, 2), np.int64), 0
+    size = 16
+    while size < 2 * len(points):
+        size *= 2
+    newest, before = np.full(size, -1, np.int64), np.empty(len(points), np.int64)
+    low, high, cell = np.empty(3, np.int64), np.empty(3, np.int64), np.empty((1, 3), np.uint64)
+    for p in range(len(points)):
+        for k in range(3):
+            low[k] = np.floor((points[p, k] - reach) / width)
+            high[k] = np.floor((points[p, k] + reach) / width)
+        for side in range(8):
+            is_new = True
+            for k in range(3):
+                is_upper = side >> k & 1 == 1
+                is_new = is_new and not (is_upper and low[k] == high[k])
+                cell[0, k] = np.uint64(high[k] if is_upper else low[k])
+            if not is_new:
+                continue
+            other = newest[_slot(cell, 0, size - 1)]
+            while other >= 0:
+                if squared_distance(points, p, other) <= reach * reach:
+                    if found == len(pairs):
+                        pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                    pairs[found, 0] = p
+                    pairs[found, 1] = other
+                    found += 1
+                other = before[other]
+        for k in range(3):
+            cell[0, k] = np.uint64(np.int64(np.floor(points[p, k] / width)))
+        slot = _slot(cell, 0, size - 1)
+        before[p] = newest[slot]
+        newest[slot] = p
+    return pairs[:found].copy()
 
 
 @kernel

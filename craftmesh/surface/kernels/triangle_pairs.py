@@ -7,14 +7,11 @@ import numpy as np
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cell_along, grid_over
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
-from craftmesh.surface.kernels.triangles import triangles_intersect
+from craftmesh.surface.kernels.triangles import FOLD, triangles_intersect
 
 # Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first
 # and last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
 Layer = namedtuple("Layer", "facets bounds cells ids chosen")
-# Of an even star: the least cosine between its facets' normals and their sum, and the least area of a facet
-# over its squared edges. Any above rounding would do: fewer stars are even, and more pairs are looked at.
-STEEP, THIN = 0.3, 1e-4
 # Cells of the grid: at most so many a facet, and so many more.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
 # Cells grow by this factor until they are few enough.
@@ -69,7 +66,8 @@ def _even_stars(points, facets):
     """Return (n,) bool: points whose facets go around them once, closed, as a height over a plane.
 
     No two facets of such a point meet in more than their common vertices. The sum of hashes of the ends of
-    the edges across from a point is 0 only if each of its edges has one facet on either side.
+    the edges across from a point is 0 only if each of its edges has one facet on either side. A star with
+    facets that are nearly flat, or nearly upright on the plane, is not even.
     """
     normals, link = np.zeros(points.shape), np.zeros(len(points), np.uint64)
     turns, even = np.zeros(len(points), np.int32), np.ones(len(points), np.bool_)
@@ -88,12 +86,12 @@ def _even_stars(points, facets):
             squared_distance(points, a, b) + squared_distance(points, b, c) + squared_distance(points, c, a)
         )
         size2 = x * x + y * y + z * z
-        is_thin = size2 <= (THIN * edges) ** 2
+        is_thin = size2 <= (FOLD * edges) ** 2
         for k in range(3):
             v, b, c = facets[f, k], facets[f, (k + 1) % 3], facets[f, (k + 2) % 3]
             u, s, t = normals[v, 0], normals[v, 1], normals[v, 2]
             along = x * u + y * s + z * t
-            if is_thin or along <= 0.0 or along * along <= STEEP * STEEP * size2 * (u * u + s * s + t * t):
+            if is_thin or along <= 0.0 or along * along <= FOLD * FOLD * size2 * (u * u + s * s + t * t):
                 even[v] = False
             elif abs(u) < abs(t):  # heights of the corners over a plane through the normal
                 before, behind = _height(points, v, b, 0.0, t, -s), _height(points, v, c, 0.0, t, -s)
