@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from craftmesh.surface.kernels.distances import nearest_facets
-from craftmesh.surface.kernels.facet_measures import area_vectors_of, shapes_of, volumes_from
+from craftmesh.surface.kernels.facet_measures import angles_of, area_vectors_of, shapes_of, volumes_from
 from craftmesh.surface.rounding import ROUNDING
 
 FLAT = 1e-10
@@ -91,14 +91,7 @@ def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
     A degenerate facet has angles of 0 or 180.
     """
-    corner = points[facets]
-    angles = np.empty(facets.shape)
-    for i in range(3):
-        u = corner[:, (i + 1) % 3] - corner[:, i]
-        v = corner[:, (i + 2) % 3] - corner[:, i]
-        cross = np.linalg.norm(np.cross(u, v), axis=1)
-        angles[:, i] = np.degrees(np.arctan2(cross, np.einsum("ij,ij->i", u, v)))
-    return angles
+    return angles_of(*_for_kernels(points, facets))
 
 
 def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -110,11 +110,11 @@ def _displacement(
     start, rows, vectors = volume_gradients(points, facets, lists, grains)
     shape = (len(points), len(missing))
     gradient = [csr_array((vectors[:, k], rows, start), shape) for k in range(3)]
-    weighted = [diags_array(weight * mobile[:, k]) @ matrix for k, matrix in enumerate(gradient)]
-    system = sum(left.T @ matrix for left, matrix in zip(weighted, gradient)).tocsc()
+    ways = weight[:, None] * mobile
+    system = sum(matrix.T @ (diags_array(ways[:, k]) @ matrix) for k, matrix in enumerate(gradient)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
     pressure = np.atleast_1d(scipy.sparse.linalg.spsolve((system + diags_array(lift)).tocsc(), missing))
-    displacement = np.stack([matrix @ pressure for matrix in weighted], axis=1)
+    displacement = ways * np.stack([matrix @ pressure for matrix in gradient], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]

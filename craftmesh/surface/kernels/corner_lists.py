@@ -40,8 +40,8 @@ def link_all(facets, alive, facet_count, first, after):
 
 @kernel
 def corner_lists(facets, vertices):
-    """Return the corner lists `first` (vertices,) and `after` (3 m,) of facets (m, 3)."""
-    first = np.empty(vertices, np.int64)
-    after = np.empty(3 * len(facets), np.int64)
+    """Return the corner lists `first` (vertices,) and `after` (3 m,), int32, of facets (m, 3)."""
+    first = np.empty(vertices, np.int32)
+    after = np.empty(3 * len(facets), np.int32)
     link_all(facets, np.ones(len(facets), np.bool_), len(facets), first, after)
     return first, after

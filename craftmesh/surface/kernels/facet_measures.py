@@ -44,6 +44,21 @@ def shapes_of(points, facets):
 
 
 @kernel
+def angles_of(points, facets):
+    """Return the angles (m, 3) in degrees at the corners of the facets."""
+    angles = np.empty(facets.shape)
+    for f in range(len(facets)):
+        for i in range(3):
+            a, b, c = facets[f, i], facets[f, (i + 1) % 3], facets[f, (i + 2) % 3]
+            x, y, z = area_vector(points, a, b, c)
+            dot = (points[b, 0] - points[a, 0]) * (points[c, 0] - points[a, 0])
+            dot += (points[b, 2] - points[a, 2]) * (points[c, 2] - points[a, 2])
+            dot += (points[b, 1] - points[a, 1]) * (points[c, 1] - points[a, 1])
+            angles[f, i] = np.degrees(np.arctan2(np.sqrt(x * x + y * y + z * z), dot))
+    return angles
+
+
+@kernel
 def volumes_from(centre, points, facets):
     """Return signed volumes (m,) between the point `centre` (3,) and the facets, > 0 if it lies behind."""
     volumes = np.empty(len(facets))

@@ -47,8 +47,15 @@ def volume_gradients(points, facets, lists, grains):
     grains behind and ahead of each facet, -1 for none; lists: the facets' corner lists.
     """
     start = np.zeros(len(points) + 1, np.int64)
-    rows, vectors = np.empty(2 * facets.size, np.int32), np.empty((2 * facets.size, 3))
+    rows, vectors = np.empty(4 * len(points), np.int32), np.empty((4 * len(points), 3))
     for v in range(len(points)):
+        most, corner = start[v], lists[0][v]
+        while corner >= 0:
+            most += 2
+            corner = lists[1][corner]
+        if most > len(rows):
+            rows = np.concatenate((rows, np.empty(most, np.int32)))
+            vectors = np.concatenate((vectors, np.empty((most, 3))))
         end, corner = start[v], lists[0][v]
         while corner >= 0:
             f = corner // 3
@@ -59,4 +66,4 @@ def volume_gradients(points, facets, lists, grains):
                     end = _add(rows, vectors, start[v], end, grains[f, side], part * x, part * y, part * z)
             corner = lists[1][corner]
         start[v + 1] = end
-    return start, rows[: start[-1]].copy(), vectors[: start[-1]].copy()
+    return start, rows[: start[-1]], vectors[: start[-1]]

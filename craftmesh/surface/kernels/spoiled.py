@@ -10,11 +10,11 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_on_facet
 
 @lean_kernel
 def _turns(points, moved, a, b, c, cosine):
-    """Whether a facet turns by an angle of less than the cosine."""
+    """Whether a facet turns by more than the angle of this cosine."""
     x, y, z = area_vector(points, a, b, c)
     u, v, w = area_vector(moved, a, b, c)
     size = np.sqrt(x * x + y * y + z * z) * np.sqrt(u * u + v * v + w * w)
-    return x * u + y * v + z * w < cosine * size
+    return x * u + z * w + y * v < cosine * size
 
 
 @lean_kernel
