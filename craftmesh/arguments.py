@@ -21,7 +21,9 @@ LARGEST = 1e100  # largest coordinate or length; its cube, a volume, is still a 
 def as_array(
     name: str, value: ArrayLike, dtype: DTypeLike, shape: tuple, *, finite: bool = True
 ) -> np.ndarray:
-    """Return `value` as a read-only C-contiguous copy of `dtype`; None in `shape` allows any length.
+    """Return `value` as a read-only C-contiguous array of `dtype`; None in `shape` allows any length.
+
+    The array is a copy, unless `value` is such an array and owns its data.
 
     Integers may be given as floats such as 3.0. Raises CraftmeshError if `value` is not an array of numbers
     (booleans, text, other libraries' objects), has another shape, or, for an integer `dtype`, holds
@@ -44,7 +46,9 @@ def as_array(
         raise CraftmeshError(f"{name} has shape {given.shape}; expected ({lengths})")
     if whole and not np.can_cast(given.dtype, dtype) and given.size:
         _refuse_lossy(name, given, np.iinfo(dtype))  # type: ignore[arg-type]  # an integer type, as checked
-    array = np.array(given, dtype=dtype, order="C")
+    flags = given.flags
+    is_kept = given.dtype == dtype and flags.c_contiguous and flags.owndata and not flags.writeable
+    array = given if is_kept else np.array(given, dtype=dtype, order="C")
     if finite and not whole and not (held := np.abs(array) <= LARGEST).all():
         place = tuple(np.argwhere(~held)[0].tolist())
         wanted = "finite numbers" + f" up to {LARGEST:g}" * bool(np.isfinite(array[place]))
@@ -67,7 +71,7 @@ def _refuse_lossy(name: str, given: np.ndarray, limits: np.iinfo) -> None:
 
 
 class Frozen:
-    """Base of frozen dataclasses of arrays: copies pass through the constructor and stay read-only."""
+    """Base of frozen dataclasses of arrays: the constructor copies arrays that can be written to."""
 
     def __reduce__(self) -> tuple[type, tuple]:
         values = (getattr(self, item.name) for item in fields(cast(Any, self)))

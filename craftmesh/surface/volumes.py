@@ -108,13 +108,15 @@ def _displacement(
     area, reach = around_points(points, facets, lists)
     weight = 1 / np.maximum(area, 1e-9 * area.mean())
     start, rows, vectors = volume_gradients(points, facets, lists, grains)
-    shape = (len(points), len(missing))
-    gradient = [csr_array((vectors[:, k], rows, start), shape) for k in range(3)]
     ways = weight[:, None] * mobile
-    system = sum(matrix.T @ (diags_array(ways[:, k]) @ matrix) for k, matrix in enumerate(gradient)).tocsc()
+
+    def gradient(k: int) -> csr_array:
+        return csr_array((vectors[:, k], rows, start), (len(points), len(missing)))
+
+    system = sum(gradient(k).T @ (diags_array(ways[:, k]) @ gradient(k)) for k in range(3)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
     pressure = np.atleast_1d(scipy.sparse.linalg.spsolve((system + diags_array(lift)).tocsc(), missing))
-    displacement = ways * np.stack([matrix @ pressure for matrix in gradient], axis=1)
+    displacement = ways * np.stack([gradient(k) @ pressure for k in range(3)], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]

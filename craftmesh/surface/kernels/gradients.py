@@ -46,7 +46,7 @@ def volume_gradients(points, facets, lists, grains):
     By a vector's components the volume changes with its point's coordinates. grains (m, 2): the rows of the
     grains behind and ahead of each facet, -1 for none; lists: the facets' corner lists.
     """
-    start = np.zeros(len(points) + 1, np.int64)
+    start = np.zeros(len(points) + 1, np.int32)
     rows, vectors = np.empty(4 * len(points), np.int32), np.empty((4 * len(points), 3))
     for v in range(len(points)):
         most, corner = start[v], lists[0][v]
