@@ -142,8 +142,9 @@ def smooth(
     vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
     """
     classes = Classification(raw)
-    drawn = smoothing_neighbours(classes)
-    points, fixed = raw.points, classes.held.copy()
+    drawn, on_box = smoothing_neighbours(classes), classes.held
+    del classes  # of as much memory as the surface
+    points, fixed = raw.points, on_box.copy()
     labels, place = numbered(raw.sides)
     place = place.astype(np.int32)
     least = options.least_volume * np.maximum(enclosed(points, raw.facets, place, len(labels)), 0.0)
@@ -163,7 +164,7 @@ def smooth(
         points, held = guarded_move(replace(raw, points=points), targets, bounds, vanished)
         fixed[held] = True
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
-    return points, int(fixed.all(axis=1).sum() - classes.held.all(axis=1).sum())
+    return points, int(fixed.all(axis=1).sum() - on_box.all(axis=1).sum())
 
 
 def _targets(

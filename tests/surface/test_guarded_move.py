@@ -9,6 +9,8 @@ from structured_box import structured_box
 
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.guarded_move import SETTLING, MoveBounds, guarded_move
+from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.spoiled import spoiled
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, edge_lengths, facet_shapes
 from craftmesh.surface.patches import PLANES
@@ -61,6 +63,24 @@ def test_of_a_bad_facet_the_farthest_point_is_held_alone():
     points, held = guarded_move(surface, wished, MoveBounds())
     assert held.tolist() == [True] + [False] * (len(held) - 1)
     assert np.array_equal(points[1], wished[1])
+
+
+@pytest.mark.parametrize("quality, edge, expected", [(0.05, 0.0, [True, False]), (0.0, 0.4, [False, True])])
+def test_spoiled_facets_are_those_that_got_worse(quality, edge, expected):
+    """The first facet becomes flat, the second small; a third is as flat and as small before."""
+    before = np.array(
+        [[0, 0, 0], [1, 0, 0], [0.5, 0.9, 0]] * 2 + [[0, 0, 0], [0.1, 0, 0], [0.05, 0.001, 0]]
+    )
+    before[3:, 2], before[6:, 2] = 5, 9
+    after = before.copy()
+    after[2, 1] = 0.02
+    after[3:6, :2] *= 0.3
+    facets = np.arange(9).reshape(3, 3)
+    levels = np.array([[-np.inf] * 3, [np.inf] * 3])
+    changed = np.ones(3, bool)
+    lists, bounds = corner_lists(facets, 9), (180.0, quality, edge)
+    assert spoiled(before, after, facets, lists, changed, levels, bounds).tolist() == [*expected, False]
+    assert not spoiled(before, after, facets, lists, ~changed, levels, bounds).any()
 
 
 def test_edges_stay_as_long_as_they_have_to_be():

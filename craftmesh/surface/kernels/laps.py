@@ -68,9 +68,10 @@ def drawn_by(facets, patch, held, lists):
 def laps(points, weights, start, ids, stays):
     """Return points (n, 3) after a lap per weight, the coordinates that stay (n, 3) bool as they are.
 
-    In each lap all points go by its weight's part of their ways to the means of those that draw them.
+    The given points are overwritten. In each lap all points go by its weight's part of their ways to the
+    means of those that draw them.
     """
-    now, then = points.copy(), points.copy()
+    now, then = points, points.copy()
     for weight in weights:
         for v in range(len(points)):
             count = start[v + 1] - start[v]

@@ -1,0 +1,65 @@
+"""Points whose facets cannot meet in more than their common vertices."""
+
+import numpy as np
+
+from craftmesh.jit import kernel, lean_kernel
+from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
+from craftmesh.surface.kernels.triangles import FOLD
+
+
+@lean_kernel
+def _mixed(vertex):
+    key = np.uint64(vertex + 1) * np.uint64(0x9E3779B97F4A7C15)
+    return (key ^ (key >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
+
+
+@kernel
+def even_stars(points, facets):
+    """Return (n,) bool: points whose facets go around them once, closed, as a height over a plane.
+
+    No two facets of such a point meet in more than their common vertices. The sum of hashes of the ends of
+    the edges across from a point is 0 only if each of its edges has one facet on either side. A star with
+    facets that are nearly flat, or nearly upright on the plane, is not even.
+    """
+    normals, link = np.zeros(points.shape), np.zeros(len(points), np.uint64)
+    turns, even = np.zeros(len(points), np.int32), np.ones(len(points), np.bool_)
+    for f in range(len(facets)):
+        x, y, z = area_vector(points, facets[f, 0], facets[f, 1], facets[f, 2])
+        for k in range(3):
+            v = facets[f, k]
+            link[v] += _mixed(facets[f, (k + 1) % 3]) - _mixed(facets[f, (k + 2) % 3])
+            normals[v, 0] += x
+            normals[v, 1] += y
+            normals[v, 2] += z
+    for f in range(len(facets)):
+        a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
+        x, y, z = area_vector(points, a, b, c)
+        edges = (
+            squared_distance(points, a, b) + squared_distance(points, b, c) + squared_distance(points, c, a)
+        )
+        size2 = x * x + y * y + z * z
+        is_thin = size2 <= (FOLD * edges) ** 2
+        for k in range(3):
+            v, b, c = facets[f, k], facets[f, (k + 1) % 3], facets[f, (k + 2) % 3]
+            u, s, t = normals[v, 0], normals[v, 1], normals[v, 2]
+            along = x * u + y * s + z * t
+            if is_thin or along <= 0.0 or along * along <= FOLD * FOLD * size2 * (u * u + s * s + t * t):
+                even[v] = False
+            elif abs(u) < abs(t):  # heights of the corners over a plane through the normal
+                before, behind = _height(points, v, b, 0.0, t, -s), _height(points, v, c, 0.0, t, -s)
+                turns[v] += before < 0.0 <= behind
+            else:
+                before, behind = _height(points, v, b, -s, u, 0.0), _height(points, v, c, -s, u, 0.0)
+                turns[v] += before < 0.0 <= behind
+    for v in range(len(points)):
+        even[v] = even[v] and link[v] == 0 and turns[v] == 1
+    return even
+
+
+@lean_kernel
+def _height(points, v, b, x, y, z):
+    return (
+        (points[b, 0] - points[v, 0]) * x
+        + (points[b, 1] - points[v, 1]) * y
+        + (points[b, 2] - points[v, 2]) * z
+    )
