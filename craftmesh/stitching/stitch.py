@@ -93,7 +93,8 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
     first, inverse = _first_equal(points)
     inverse = _cluster(points[first], options.tolerance)[inverse]
     merged = inverse[facets]
-    distinct = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
+    a, b, c = merged.T
+    distinct = (a != b) & (b != c) & (c != a)
     kept = distinct.copy()
     groups = group_triples(merged[distinct])
     kept[distinct] = ~_folded(merged[distinct], grain[distinct], groups.pairs)
@@ -184,10 +185,9 @@ def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 def _folded(facets: np.ndarray, grain: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Return (m,) bool: facets of one grain that lie on each other in pairs, where thin parts collapsed."""
-    a, b = pairs.T
-    folded = (grain[a] == grain[b]) & ~same_turn(facets[a], facets[b])
+    own = pairs[grain[pairs[:, 0]] == grain[pairs[:, 1]]]
     is_folded = np.zeros(len(facets), bool)
-    is_folded[a[folded]] = is_folded[b[folded]] = True
+    is_folded[own[~same_turn(*facets[own.T])]] = True
     return is_folded
 
 
