@@ -97,8 +97,9 @@ COPPER_FINE, AL6XN = Sizes(32_768, 103_175, 1_488_678), Sizes(143_888, 153_938, 
 PAPER_2, PAPER_2_UNIFORM = Sizes(1e6, 801_431, 1_646_709), Sizes(1e6, 801_431, 8_313_951)
 PAPER_3_UNIFORM = Sizes(223_600, 131_008, 2_440_000)
 JOBS = [
-    ("remesh", COPPER, 5.2, 246),
-    ("remesh", AL1050, 13.6, 388),
+    ("remesh", AL6XN, 3.3, 219),
+    ("remesh", AL1050, 6.4, 273),
+    ("remesh", Sizes(8e6, 4_041_256, 0), 46.9, 1_083),
     ("stitch", COPPER, 5.4, 295),
     ("stitch", AL1050, 6.5, 395),
     ("gradate", COPPER, 5.0, 323),
@@ -118,7 +119,6 @@ JOBS = [
     ("solve", Sizes(0, 0, 513_205), 39.9, 1_623),
     ("crack", PAPER_2, 2.3, 237),
     ("size", PAPER_2, 2.0, 258),
-    ("remesh", PAPER_2, 25.1, 487),
     ("gradate", PAPER_2, 22.6, 656),
     ("gradate", PAPER_2_UNIFORM, 23.1, 668),
     ("tetrahedralize", PAPER_2, 23.4, 472),
