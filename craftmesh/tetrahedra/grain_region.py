@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
-from craftmesh.surface.connectivity import joined, same_turn
+from craftmesh.surface.connectivity import same_turn
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.grain_surface import GrainSurface
+from craftmesh.tetrahedra.kernels.tet_cavity import FACES, link_tets
+from craftmesh.tetrahedra.kernels.tet_regions import find_facets, part_regions, sum_volumes
 
 # Seeds that are given move by this part of the grain's box: off faces, edges and diagonals of a grid.
 OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
@@ -41,31 +42,31 @@ def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
     A region is in the grain when it lies behind its boundary facets. Raises WrongMesh when facets are
     missing from the mesh, there twice, or when a region lies on both sides: the surface is open.
     """
-    faces = half_faces(tets)
-    groups = group_triples(np.concatenate([faces, surface.facets]))
-    group = groups.index
-    facet_of_group = np.full(len(groups.first) - 1, -1, np.int64)
-    facet_of_group[group[len(faces) :]] = np.arange(len(surface.facets))
-    twice = np.flatnonzero(facet_of_group[group[len(faces) :]] != np.arange(len(surface.facets)))
+    triples = np.sort(surface.facets, axis=1)
+    order = np.lexsort(triples.T[::-1])
+    triples = triples[order]
+    twice = np.sort(order[1:][(triples[1:] == triples[:-1]).all(axis=1)])
     if len(twice):
         raise WrongMesh(f"{len(twice)} facets lie on others with the same corners", twice)
 
-    pairs = groups.pairs
-    pairs = pairs[pairs[:, 1] < len(faces)] // 4
-    region = joined(len(tets), *pairs.T)
-    count = int(region.max()) + 1
+    on_surface = len(surface.points)
+    points = max(int(tets.max(initial=-1)) + 1, on_surface)
+    neighbours, found = np.empty((2, len(tets), 4), np.int64)
+    region, work = np.empty((2, len(tets)), np.int64)
+    link_tets(tets, len(tets), points, neighbours, np.empty(points, np.int64))
+    find_facets(tets, triples, on_surface, found)
+    count = part_regions(neighbours, found, region, work)
 
-    facet = facet_of_group[group[: len(faces)]]
-    row = np.flatnonzero(facet >= 0)
-    facet = facet[row]
-    behind = ~same_turn(faces[row], surface.facets[facet])
+    tet, corner = np.nonzero(found >= 0)
+    facet, of = order[found[tet, corner]], region[tet]
+    behind = ~same_turn(tets[tet[:, None], FACES[corner]], surface.facets[facet])
     boundary = ~surface.internal[facet]
-    votes_in = np.bincount(region[row // 4], behind & boundary, count) > 0
-    votes_out = np.bincount(region[row // 4], ~behind & boundary, count) > 0
-    kept_faces = np.bincount(facet, votes_in[region[row // 4]], len(surface.facets))
+    votes_in = np.bincount(of, behind & boundary, count) > 0
+    votes_out = np.bincount(of, ~behind & boundary, count) > 0
+    kept_faces = np.bincount(facet, votes_in[of], len(surface.facets))
     leaks = votes_in & votes_out
     if leaks.any():
-        suspect = np.unique(facet[leaks[region[row // 4]]])
+        suspect = np.unique(facet[leaks[of]])
         raise WrongMesh("the inside leaks out: its facets are not closed or not oriented", suspect)
     wrong = np.flatnonzero(kept_faces != np.where(surface.internal, 2, 1))
     if len(wrong):
@@ -81,12 +82,12 @@ def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) ->
     count = len(surface.points)
     if not np.array_equal(points[:count], surface.points):
         raise WrongMesh("the mesher moved nodes of the surface")
-    volume = tet_volumes(points - surface.points.mean(0), tets)
-    if not (volume > 0).all():
-        raise WrongMesh(f"{(volume <= 0).sum()} of {len(tets)} tetrahedra are flat or inverted")
-    if abs(volume.sum() - surface.volume) > ROUNDING * surface.volume:
+    volume, wrong = sum_volumes(points, tets)
+    if wrong:
+        raise WrongMesh(f"{wrong} of {len(tets)} tetrahedra are flat or inverted")
+    if abs(volume - surface.volume) > ROUNDING * surface.volume:
         raise WrongMesh(
-            f"tetrahedra fill {volume.sum():.12g} of the {surface.volume:.12g} that its facets enclose"
+            f"tetrahedra fill {volume:.12g} of the {surface.volume:.12g} that its facets enclose"
         )
 
 

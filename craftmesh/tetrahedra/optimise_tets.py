@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS, TETS, Scratch, TetState, new_scratch
+from craftmesh.tetrahedra.kernels.tet_means import mean_ratios
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, RATIOS, SOUND_FROM, WORST, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import (
     aspect_pass,
@@ -21,12 +22,10 @@ from craftmesh.tetrahedra.kernels.tet_passes import (
 )
 from craftmesh.tetrahedra.kernels.tet_quality import (
     FORM,
-    INVERTED,
     SOUND,
     VOLUME_LENGTH,
     WHOLE,
     WIDE,
-    all_aspect_ratios,
     all_qualities,
 )
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
@@ -66,7 +65,7 @@ class Step:
 CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
 FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
-ROUNDS = 4
+ROUNDS = 3
 # Last the worst tets by SOUND go for a little more than POOR, and by FORM for angles of 15..149 degrees.
 # Both spread what the surface forces over several tets; LIGHTEN leaves few of these.
 LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
@@ -74,9 +73,7 @@ LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=Tru
 SOUNDER = Step("improve", 0.355, WHOLE, rounds=2, inserts=True)
 FORMED = Step("improve", WIDE, FORM, rounds=4, inserts=True)
 ENDING = (*LAST_ROUND, Step("improve", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
-# From a mesher's tets on, and where the surface has slid.
-FIRST = (MOVE, Step("improve", 0.55))
-RESUMED = (*(ROUNDS * FREE_ROUND), *ENDING)
+SCHEDULE = (MOVE, Step("improve", 0.55), *(ROUNDS * FREE_ROUND), *ENDING)
 
 
 def optimise_tets(
@@ -85,7 +82,7 @@ def optimise_tets(
     frozen: int,
     blocked: np.ndarray,
     size: np.ndarray,
-    steps: Sequence[Step] = FIRST,
+    steps: Sequence[Step] = SCHEDULE,
 ) -> tuple[np.ndarray, np.ndarray, dict]:
     """Return (points, tets) of better quality and counts of operations.
 
@@ -143,26 +140,24 @@ def _worst_first(state: TetState, threshold: float) -> np.ndarray:
 
 def _swap(state: TetState, step: Step, work: Scratch) -> None:
     """Remove edges of the tets over STRETCHED for a lower mean aspect ratio, the worst tet first."""
-    ratio, mean = _ratios(state)
+    ratio, _, mean = _ratios(state)
     stretched = np.flatnonzero(ratio > STRETCHED)
     swap_pass(state, step.aim(mean), stretched[np.argsort(-ratio[stretched], kind="stable")], work)
 
 
 def _contract(state: TetState, step: Step, work: Scratch) -> None:
     """Contract CROWDED points to lower the mean aspect ratio, the worst first."""
-    ratio, reference = _ratios(state)
-    live, count = ratio > 0, int(state.counts[POINTS])
-    corners = state.tets[: len(ratio)][live].ravel()
-    total = np.bincount(corners, np.repeat(ratio[live], 4), count)
-    mean = total / np.maximum(np.bincount(corners, minlength=count), 1)
-    crowded = np.flatnonzero(~state.frozen[:count] & (mean > reference + CROWDED))
+    _, mean, reference = _ratios(state)
+    crowded = np.flatnonzero(~state.frozen[: len(mean)] & (mean > reference + CROWDED))
     order = crowded[np.argsort(-mean[crowded], kind="stable")]
     contraction_pass(state, step.aim(reference), order, work)
 
 
-def _ratios(state: TetState) -> tuple[np.ndarray, float]:
-    """Return the aspect ratios (t,), 0 of dead and INVERTED of flat tets, and the mean of the others."""
-    ratio = np.empty(state.counts[TETS])
-    all_aspect_ratios(state.points, state.tets, len(ratio), ratio)
-    sound = ratio[(ratio > 0) & (ratio < INVERTED)]
-    return ratio, float(sound.sum() / max(len(sound), 1))
+def _ratios(state: TetState) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the aspect ratios (t,), 0 of dead and INVERTED of flat tets, their means (n,) and that of all.
+
+    The means (n,) are those round each point; flat tets do not count in the mean of all.
+    """
+    ratio, mean = np.empty(state.counts[TETS]), np.empty(state.counts[POINTS])
+    reference = mean_ratios(state.points, state.tets, ratio, mean, np.empty(len(mean), np.int64))
+    return ratio, mean, reference

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
-from craftmesh.mesh.tet_connectivity import tet_edges
-from craftmesh.surface.connectivity import lowest_equal_point, touching
-from craftmesh.surface.measure import area_vectors, mean_edges, numbered, side_volumes, volume_drift
+from craftmesh.surface.connectivity import compact, lowest_equal_point, touching
+from craftmesh.surface.measure import area_vectors, numbered, side_volumes, volume_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, hold_pinched, new_scratch
+from craftmesh.tetrahedra.kernels.tet_means import mean_edges
 from craftmesh.tetrahedra.kernels.tet_objective import RATIOS, SOUND_FROM, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
@@ -21,10 +21,10 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     all_qualities,
 )
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
-from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, RESUMED, SOUNDER, do_steps
+from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, SOUNDER, do_steps
 from craftmesh.tetrahedra.surface_freedom import along_surface, off_surface
 from craftmesh.tetrahedra.tet_state import CAPACITY, NO_FACETS, Bounds, new_state
-from craftmesh.tetrahedra.whole_mesh import Model, optimised_inside, regrouped
+from craftmesh.tetrahedra.whole_mesh import Model, regrouped
 from craftmesh.types import Surface
 
 # Of sliding. A third lowers the mean aspect ratio by .0005.
@@ -46,17 +46,16 @@ def is_stretched(measures: np.ndarray) -> np.ndarray:
     return measures[:, 1] > STRETCHED
 
 
-def slid(model: Model, inside: bool) -> Model:
-    """Return the model with a lower mean aspect ratio, and no tet at fault more.
+def slid(model: Model) -> tuple[Model, dict]:
+    """Return the model with a lower mean aspect ratio, and a report of what slid; no tet more is at fault.
 
-    Points of the surface slide: see `surface_freedom`. With `inside`, points joined to the surface move
-    too. Points of tets at fault stay; no tet falls under FREE_FROM, or under the worst round its point.
+    Points of the surface slide: see `surface_freedom`. Points joined to the surface move too. Points of
+    tets at fault stay; no tet falls under FREE_FROM, or under the worst round its point.
     """
     bounds, points, tets = along_surface(model.surface), model.points, model.tets
     on_surface = len(bounds.reach)
     may = np.zeros(len(points), bool)
-    if inside:
-        may[tets[tets.min(axis=1) < on_surface]] = True
+    may[tets[tets.min(axis=1) < on_surface]] = True
     may[:on_surface] = bounds.ways.any(axis=(1, 2))
     state, used = _state_near(model, np.flatnonzero(touching(tets, may)), bounds, capacity=1.0)
     count = int(state.counts[TETS])
@@ -68,15 +67,7 @@ def slid(model: Model, inside: bool) -> Model:
         aspect_pass(state, Aim(RATIOS, WHOLE, FREE_FROM, 0.0, 0.0), work)
     moved = points.copy()
     moved[used] = state.points[: len(used)]
-    return model.moved(moved)
-
-
-def optimised(model: Model) -> tuple[Model, dict]:
-    """Return the model with a lower mean aspect ratio, and a report of what slid.
-
-    Points of the surface slide, grains are optimised on it, and the points slide again.
-    """
-    found = slid(optimised_inside(slid(model, inside=False), RESUMED), inside=True)
+    found = model.moved(moved)
     moves = np.linalg.norm(found.surface.points - model.surface.points, axis=1)
     return found, {
         "surface_points_moved": int((moves > 0).sum()),
@@ -104,20 +95,13 @@ def _state_near(
     (m, 3): of the surface, where cavities may be replaced. Sizes are the mean edges.
     """
     points, tets = model.points, model.tets
-    used, local = np.unique(tets[rows], return_inverse=True)
-    local = local.reshape(-1, 4)
+    near, local, used = compact(points, tets[rows])
     own = used[used < len(bounds.reach)]
     inner = np.searchsorted(own, facets[np.isin(facets, own).all(axis=1)])
-    state = new_state(
-        points[used],
-        local,
-        0,
-        inner,
-        mean_edges(points[used], tet_edges(local)),
-        capacity,
-        Bounds(*(part[own] for part in bounds)),
-        model.grain[rows],
-    )
+    size = np.empty(len(used))
+    mean_edges(near, local, size, np.empty(len(used), np.int64))
+    bounds = Bounds(*(part[own] for part in bounds))
+    state = new_state(near, local, 0, inner, size, capacity, bounds, model.grain[rows])
     valence = np.bincount(tets.ravel(), minlength=len(points))[used]
     state.frozen[: len(used)] = valence != np.bincount(local.ravel(), minlength=len(used))
     state.frozen[: len(own)] |= ~state.ways[: len(own)].any(axis=(1, 2))

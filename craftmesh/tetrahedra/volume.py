@@ -13,7 +13,7 @@ from craftmesh.tetrahedra.grain_surface import Mended, mended
 from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import poor_by_grain, record_of, with_counts
-from craftmesh.tetrahedra.surface_moves import given_way, optimised
+from craftmesh.tetrahedra.surface_moves import given_way, slid
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import GrainTets, Surface
@@ -110,7 +110,7 @@ def complete_volume(
         raise MeshingError(str(error), filled.failures, tuple(filled.grain_tets), record) from None
     model, smooth = Model(whole.surface, sorted(whole.grain_tets, key=lambda one: one.grain)), None
     if options.optimise:
-        model, smooth = optimised(model)
+        model, smooth = slid(model)
     opened = given_way(model)
     surface, tets = opened.model.surface, opened.model.grain_tets
     poor: dict[str, list] = dict.fromkeys(record.get("poor", {}), []) | poor_by_grain(opened.model)

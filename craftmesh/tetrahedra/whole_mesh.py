@@ -6,10 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.surface.connectivity import lowest_equal_point
-from craftmesh.tetrahedra.grain_surface import grain_surfaces
-from craftmesh.tetrahedra.optimise_tets import Step, optimise_tets
 from craftmesh.types import GrainTets, Surface
 
 
@@ -63,24 +60,15 @@ def regrouped(
     first, result = len(model.surface.points), list(model.grain_tets)
     stays = np.ones(len(model.tets), bool)
     stays[rows] = False
+    changed = set(grain.tolist())
+    stop = 0
     for i, one in enumerate(result):
-        own = model.grain == one.grain
-        if (own & ~stays).any():
-            corners = np.concatenate([model.tets[own & stays], tets[grain == one.grain]])
+        start, stop = stop, stop + len(one.tets)
+        if one.grain in changed:
+            kept = model.tets[start:stop][stays[start:stop]]
+            corners = np.concatenate([kept, tets[grain == one.grain]])
             inner = np.unique(corners[corners >= first])
             ids = np.concatenate([one.nodes, inner])
             local = np.searchsorted(ids, corners)
             result[i] = GrainTets(one.grain, one.nodes, points[inner], local)
-    return Model(model.surface, result)
-
-
-def optimised_inside(model: Model, steps: Sequence[Step]) -> Model:
-    """Return the model with the steps done in each grain; target lengths are the surface's own."""
-    result = []
-    for one, surface in zip(model.grain_tets, grain_surfaces(model.surface)):
-        points = np.concatenate([model.surface.points[one.nodes], one.interior])
-        internal = np.searchsorted(one.nodes, surface.nodes[surface.facets[surface.internal]])
-        size = LocalSizing(surface.points, surface.facets).at(points)
-        points, tets, _ = optimise_tets(points, one.tets, len(one.nodes), internal, size, steps)
-        result.append(GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets))
     return Model(model.surface, result)

@@ -39,12 +39,11 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     aspect_ratio_at,
     quality_of,
 )
-from craftmesh.tetrahedra.optimise_tets import FIRST, RESUMED, optimise_tets
+from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 # A change of topology for the sum of aspect ratios has to lower it by this much.
 FALL = 0.05
-ALL = (*FIRST, *RESUMED)
 
 
 def plain_measures(corners):
@@ -155,9 +154,7 @@ def aspect_ratios(points, tets):
 def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     points, tets, frozen = random_ball(seed)
     assume(tet_volumes(points, tets).min() > 1e-8)
-    new, better, report = optimise_tets(
-        points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35), ALL
-    )
+    new, better, report = optimise_tets(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
     assert new[:frozen].tobytes() == points[:frozen].tobytes()
     assert boundary(better) == boundary(tets)
     assert max(faces_of(better).values()) == 2
@@ -183,13 +180,13 @@ def test_blocked_facets_stay_and_are_in_no_cavity():
     blocked = np.array([sorted(face) for face in inner if max(face) < frozen])
     assert len(blocked) > 20
     size = np.full(len(points), 0.35)
-    new, better, _ = optimise_tets(points, tets, frozen, blocked, size, ALL)
+    new, better, _ = optimise_tets(points, tets, frozen, blocked, size)
     faces = faces_of(better)
     assert all(faces[frozenset(facet)] == 2 for facet in blocked.tolist())
     assert boundary(better) == boundary(tets)
     assert quality(new, better).min() >= quality(points, tets).min()
     # left free, some are swapped away: the check above can fail
-    free = faces_of(optimise_tets(points, tets, frozen, np.zeros((0, 3)), size, ALL)[1])
+    free = faces_of(optimise_tets(points, tets, frozen, np.zeros((0, 3)), size)[1])
     assert any(free.get(frozenset(facet), 0) != 2 for facet in blocked.tolist())
 
 

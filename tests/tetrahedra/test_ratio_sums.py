@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_at
+from craftmesh.tetrahedra.kernels.tet_quality import (
+    FLAT,
+    INVERTED,
+    VOLUME_LENGTH,
+    aspect_ratio_at,
+    quality_of,
+)
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
     TABLE_ROWS,
     RatioCone,
@@ -28,10 +34,10 @@ def star(seed):
     return points, faces
 
 
-def ratios_of(points, faces):
+def ratios_of(points, faces, limit=FLAT):
     table = np.full((TABLE_ROWS, len(faces) + 3), np.nan)
     fill_table(points, faces, len(faces), table)
-    return RatioCone(table, np.full(len(faces) + 3, np.nan), len(faces))
+    return RatioCone(table, np.full(len(faces) + 3, np.nan), len(faces), limit)
 
 
 @settings(max_examples=60, deadline=None)
@@ -48,3 +54,12 @@ def test_a_sum_with_a_flat_or_an_inverted_tet_is_inverted():
     points, faces = star(3)
     for apex in (points[faces[0]].mean(axis=0), [9.0, 0.0, 0.0], points[0]):
         assert ratio_sum(ratios_of(points, faces), *apex) >= INVERTED
+
+
+def test_a_sum_is_inverted_where_a_tet_is_not_over_the_limit():
+    points, faces = star(5)
+    corners = np.vstack([points, points.mean(axis=0)])
+    least = min(quality_of(corners, *face, len(points), VOLUME_LENGTH) for face in faces)
+    assert least > 0.1
+    assert ratio_sum(ratios_of(points, faces, least * (1 + 1e-9)), *corners[-1]) >= INVERTED
+    assert ratio_sum(ratios_of(points, faces, least * (1 - 1e-9)), *corners[-1]) < INVERTED

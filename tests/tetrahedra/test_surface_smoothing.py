@@ -9,7 +9,6 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
-from craftmesh.mesh.tet_connectivity import half_faces
 from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import mean_edges, side_volumes
@@ -18,7 +17,7 @@ from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.surface_freedom import SLIDE
-from craftmesh.tetrahedra.surface_moves import given_way, is_stretched, optimised, slid
+from craftmesh.tetrahedra.surface_moves import given_way, is_stretched, slid
 from craftmesh.tetrahedra.volume import Volume, complete_volume
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK
@@ -42,9 +41,9 @@ def is_at_fault(measures):
     return is_poor(measures) | is_stretched(measures)
 
 
-def smoothed_surface(surface, tets, inside=True):
+def smoothed_surface(surface, tets):
     """Return the model with its points slid."""
-    return slid(Model(surface, tets), inside)
+    return slid(Model(surface, tets))[0]
 
 
 def measures_of(surface, tets):
@@ -168,31 +167,16 @@ def test_the_same_input_gives_the_same_bytes_in_whatever_order_the_grains_come()
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_mean_falls_further_where_grains_are_optimised_and_the_mesh_stays_sound(seed):
+def test_the_report_says_what_slid_and_no_tet_at_fault_is_left_once_the_surface_gives_way(seed):
     surface, tets = shaken_box(seed, out_of_plane=0.03)
-    (found, report), only = optimised(Model(surface, tets)), smoothed_surface(surface, tets)
-    before, after = measures_of(surface, tets), measures_of(found.surface, found.grain_tets)
-    # .05 to .09 measured: cubes in six tets are far from the best
-    assert after[:, 1].mean() < measures_of(only.surface, only.grain_tets)[:, 1].mean() - 0.02
-    last = given_way(found).model
-    assert not is_at_fault(measures_of(last.surface, last.grain_tets)).any()
-    assert report["aspect_ratio_mean"] == pytest.approx([before[:, 1].mean(), after[:, 1].mean()])
+    found, report = slid(Model(surface, tets))
+    means = [measures_of(*one)[:, 1].mean() for one in ((surface, tets), (found.surface, found.grain_tets))]
+    assert report["aspect_ratio_mean"] == pytest.approx(means)
     moves = np.linalg.norm(found.surface.points - surface.points, axis=1)
     assert report["surface_points_moved"] == (moves > 0).sum() > 0
     assert report["largest_move"] == moves.max()
-    assert check_tets(assemble(found.surface, found.grain_tets)[0]) == []
-    assert (found.surface.facets == surface.facets).all()
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (surface, found.surface)]
     # the boundary is rough by .03, and its points slide on tangent planes
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-3)
-
-
-def test_facets_of_a_crack_inside_a_grain_stay_faces_on_both_sides():
-    crack_at = plane_crack(0, 3, lambda c: np.maximum(abs(c[:, 1] - 2.5), abs(c[:, 2] - 2.5)) < 1.5)
-    surface, tets = shaken_box(1, crack_at)
-    found, _ = optimised(Model(surface, tets))
-    crack = surface.facets[surface.kind == CRACK]
-    assert len(crack) > 10 and (found.surface.points[crack] == surface.points[crack]).all()
-    faces = np.sort(half_faces(found.tets), axis=1)
-    for facet in np.sort(crack, axis=1):
-        assert (faces == facet).all(axis=1).sum() == 2
+    last = given_way(found).model
+    assert not is_at_fault(measures_of(last.surface, last.grain_tets)).any()

@@ -101,23 +101,33 @@ def link_tets(tets, n_tets, n_points, neighbours, tet_of):
 
 
 @lean_kernel
+def facet_at(tets, t, k, facets):
+    """Return the row of facets (f, 3) with the corners of the face opposite corner k of tet t, -1 for none.
+
+    facets: sorted triples in lexicographic order.
+    """
+    low, high, total = face_key(tets, t, k)
+    middle = total - low - high
+    first, last = 0, len(facets)
+    while first < last:
+        half = (first + last) // 2
+        a, b, c = facets[half, 0], facets[half, 1], facets[half, 2]
+        if a < low or (a == low and (b < middle or (b == middle and c < high))):
+            first = half + 1
+        else:
+            last = half
+    if first == len(facets):
+        return -1
+    a, b, c = facets[first, 0], facets[first, 1], facets[first, 2]
+    return first if a == low and b == middle and c == high else -1
+
+
+@lean_kernel
 def block_facets(tets, n_tets, neighbours, blocked):
     """Mark the links across facets, given as sorted triples (k, 3) in lexicographic order, as such."""
     for t in range(n_tets):
         for k in range(4):
-            low, high, total = face_key(tets, t, k)
-            middle = total - low - high
-            first, last = 0, len(blocked)
-            while first < last:
-                half = (first + last) // 2
-                a, b, c = blocked[half, 0], blocked[half, 1], blocked[half, 2]
-                if a < low or (a == low and (b < middle or (b == middle and c < high))):
-                    first = half + 1
-                else:
-                    last = half
-            if first < len(blocked) and (
-                blocked[first, 0] == low and blocked[first, 1] == middle and blocked[first, 2] == high
-            ):
+            if facet_at(tets, t, k, blocked) >= 0:
                 neighbours[t, k] = min(-1, -2 - neighbours[t, k])
 
 

@@ -10,10 +10,11 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.jit import lean_kernel, vector_kernel
-from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, ROOT2
 
-# The first `count` columns of a table (TABLE_ROWS, f), and room for a value of each.
-RatioCone = namedtuple("RatioCone", "table values count")
+# The first `count` columns of a table (TABLE_ROWS, f), room for a value of each, and the volume-length
+# quality, FLAT at least, that a tet has to exceed.
+RatioCone = namedtuple("RatioCone", "table values count limit")
 # Rows of a table: the corners and the normal of a face a, b, c (three rows each), the squares of its edges,
 # of its normal, and of its longest edge.
 A, B, C, NORMAL, AB2, BC2, CA2, NORMAL2, LONGEST2, TABLE_ROWS = 0, 3, 6, 9, 12, 13, 14, 15, 16, 17
@@ -38,8 +39,8 @@ def fill_table(points, faces, count, table):
 
 
 @vector_kernel
-def _fill_ratios(table, ratios, count, x, y, z):
-    """Write the aspect ratios l_max / h_min of the tets with apex (x, y, z); INVERTED for flat ones."""
+def _fill_ratios(table, ratios, count, limit, x, y, z):
+    """Write the aspect ratios l_max / h_min of the tets with apex (x, y, z), INVERTED under the limit."""
     for i in range(count):
         ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
         vx, vy, vz = table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z
@@ -52,14 +53,15 @@ def _fill_ratios(table, ratios, count, x, y, z):
         sides = max(4.0 * u2 * v2 - uv * uv, 4.0 * v2 * w2 - vw * vw, 4.0 * w2 * u2 - wu * wu)
         largest = max(0.25 * sides, table[NORMAL2, i])
         longest = max(u2, v2, w2, table[LONGEST2, i])
+        mean = (u2 + v2 + w2 + table[AB2, i] + table[BC2, i] + table[CA2, i]) / 6.0
         ratio = np.sqrt(largest * longest) / volume6
-        ratios[i] = ratio if volume6 > FLAT * longest * np.sqrt(longest) else INVERTED
+        ratios[i] = ratio if ROOT2 * volume6 > limit * mean * np.sqrt(mean) else INVERTED
 
 
 @lean_kernel
 def ratio_sum(cone, x, y, z):
-    """Sum of the cone's aspect ratios from (x, y, z); INVERTED at least with a tet that is flat."""
-    _fill_ratios(cone.table, cone.values, cone.count, x, y, z)
+    """Sum of the cone's aspect ratios from (x, y, z); INVERTED at least with a tet under the limit."""
+    _fill_ratios(cone.table, cone.values, cone.count, cone.limit, x, y, z)
     total = 0.0
     for i in range(cone.count):
         total += cone.values[i]

@@ -5,13 +5,15 @@ from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.kernels.tet_cavity import star_of, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import FIRST_STEP, Cone, walk, worst_at
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, fault_weight
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, POOR, WIDE, quality_of
+from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, POOR, VOLUME_LENGTH, WIDE, quality_of
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
 
-# Search for a lower aspect ratio: the first step in target lengths, and rounds. Of 560,000 tets the mean
-# ends .001 higher with .05 and two rounds, .0004 lower with .12 and four, which take longer.
+# Search for a lower aspect ratio: the step in target lengths, halved from round to round; the least of the
+# parabolas through three places counts up to so many steps. 190,000 tets of 24 grains end with a mean of
+# 1.6817; with steps of .05 1.6823, with one round 1.6857, with one step at most 1.6828.
 PATTERN_STEP = 0.08
-PATTERN_ROUNDS = 3
+PATTERN_ROUNDS = 2
+MOST_STEPS = 2.0
 # Tets of this quality by WHOLE are not under WIDE by FORM, and weigh nothing: the worst may fall to it.
 FREE_FROM = POOR + WIDE
 
@@ -27,28 +29,46 @@ def _put_at(state, v, place, count, measure, work):
 
 
 @lean_kernel
-def _pattern_search(cone, ratios, place, best, ways, step, home, reach, limit):
-    """Walk along directions (k, 3) while the sum of aspect ratios falls; return the place and its sum.
+def _way_down(ratios, place, first, ways, step):
+    """Return the move along directions (k, 3) to the lowest point of a parabola in each, two steps wide.
 
-    All places lie within `reach` of home, and there no tet's quality is under `limit`.
+    first: the sum of aspect ratios at the place.
     """
     x, y, z = place
+    dx = dy = dz = 0.0
+    for way in range(len(ways)):
+        a, b, c = step * ways[way, 0], step * ways[way, 1], step * ways[way, 2]
+        if a == b == c == 0.0:
+            continue
+        ahead, behind = ratio_sum(ratios, x + a, y + b, z + c), ratio_sum(ratios, x - a, y - b, z - c)
+        steps = 0.5 * (behind - ahead) / max(ahead + behind - 2.0 * first, GAIN)
+        steps = min(max(steps, -MOST_STEPS), MOST_STEPS)
+        dx, dy, dz = dx + steps * a, dy + steps * b, dz + steps * c
+    return dx, dy, dz
+
+
+@lean_kernel
+def _pattern_search(ratios, place, best, ways, step, home, reach):
+    """Walk along directions (k, 3) while the sum of aspect ratios falls; return the place and its sum.
+
+    All places lie within `reach` of home. A move that does not help is tried once more by half.
+    """
     for _ in range(PATTERN_ROUNDS):
+        x, y, z = place
+        dx, dy, dz = _way_down(ratios, place, best, ways, step)
         found = False
-        for way in range(2 * len(ways)):
-            a, b, c = ways[way // 2]
-            if a == b == c == 0.0:
-                continue
-            d = step if way % 2 else -step
-            px, py, pz = x + d * a, y + d * b, z + d * c
+        for part in (1.0, 0.5):
+            px, py, pz = x + part * dx, y + part * dy, z + part * dz
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
                 continue
             value = ratio_sum(ratios, px, py, pz)
-            if value < best - GAIN and worst_at(cone, px, py, pz, limit) > limit:
-                x, y, z, best, found = px, py, pz, value, True
+            if value < best - GAIN:
+                place, best, found = (px, py, pz), value, True
+                break
         if not found:
-            step *= 0.5
-    return (x, y, z), best
+            break
+        step *= 0.5
+    return place, best
 
 
 @lean_kernel
@@ -59,16 +79,20 @@ def _place_of_lower_ratios(state, v, count, aim, home, reach, ways, step, work):
     goes along directions (k, 3). The worst quality stays over the lesser of itself and `aim.floor`.
     """
     points = state.points
-    cone = Cone(points, work.faces, count, aim.measure)
+    limit = min(worst_of(state.quality, work.star, count), aim.floor) - ROUNDING
     fill_table(points, work.faces, count, work.table)
-    ratios = RatioCone(work.table, work.ratios, count)
+    least = max(limit, FLAT) if aim.measure == VOLUME_LENGTH else FLAT
+    ratios = RatioCone(work.table, work.ratios, count, least)
     place = (points[v, 0], points[v, 1], points[v, 2])
     first = ratio_sum(ratios, place[0], place[1], place[2])
     if first >= INVERTED:
         return place, False
-    limit = min(worst_of(state.quality, work.star, count), aim.floor) - ROUNDING
-    place, best = _pattern_search(cone, ratios, place, first, ways, step, home, reach, limit)
-    return place, best < first
+    place, best = _pattern_search(ratios, place, first, ways, step, home, reach)
+    lower = best < first
+    if lower and aim.measure != VOLUME_LENGTH:
+        cone = Cone(points, work.faces, count, aim.measure)
+        lower = worst_at(cone, place[0], place[1], place[2], limit) > limit
+    return place, lower
 
 
 @lean_kernel

@@ -1,0 +1,57 @@
+"""Regions of tetrahedra that facets part, and the volume of all."""
+
+from craftmesh.jit import lean_kernel
+from craftmesh.tetrahedra.kernels.tet_cavity import facet_at
+
+
+@lean_kernel
+def find_facets(tets, facets, count, facet):
+    """Write the row (m, 4) of the facet on each face, opposite each corner, -1 for none.
+
+    facets (f, 3): sorted triples in lexicographic order, of corners under `count`.
+    """
+    for t in range(len(tets)):
+        for k in range(4):
+            facet[t, k] = -1
+            a, b, c = tets[t, (k + 1) & 3], tets[t, (k + 2) & 3], tets[t, (k + 3) & 3]
+            if a < count and b < count and c < count:
+                facet[t, k] = facet_at(tets, t, k, facets)
+
+
+@lean_kernel
+def part_regions(neighbours, facet, region, stack):
+    """Write the region (m,) of each tet, numbered in the order of first tets; return how many there are.
+
+    Regions end where faces have a facet (m, 4). stack (m,): room for work.
+    """
+    region[:] = -1
+    count = 0
+    for seed in range(len(region)):
+        if region[seed] >= 0:
+            continue
+        region[seed], stack[0], height = count, seed, 1
+        while height > 0:
+            height -= 1
+            t = stack[height]
+            for k in range(4):
+                u = neighbours[t, k]
+                if u >= 0 and facet[t, k] < 0 and region[u] < 0:
+                    region[u], stack[height] = count, u
+                    height += 1
+        count += 1
+    return count
+
+
+@lean_kernel
+def sum_volumes(points, tets):
+    """Return the volume of all tets, and the number of those whose volume is not positive."""
+    total, wrong = 0.0, 0
+    for t in range(len(tets)):
+        a, b, c, d = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]
+        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        wx, wy, wz = points[d, 0] - points[a, 0], points[d, 1] - points[a, 1], points[d, 2] - points[a, 2]
+        volume6 = ux * (vy * wz - vz * wy) - uy * (vx * wz - vz * wx) + uz * (vx * wy - vy * wx)
+        total += volume6
+        wrong += not volume6 > 0.0
+    return total / 6.0, wrong
