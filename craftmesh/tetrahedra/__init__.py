@@ -6,9 +6,9 @@ Each grain is meshed in a worker (`tetrahedralize`, `grain_meshing`): a first me
 outside (`grain_region`), a lattice gives points (`interior_points`), a mesher fills the grain
 (`meshers`), and a grain that fails is tried with less asked (`ladder`). `optimise_tets` improves the tets
 by one list of operations (`kernels/tet_operations`) for one objective after another
-(`kernels/tet_objective`), first in the worker, then in each grain after its points have slid. A point of
-the surface moves within its classification and its tolerance (`surface_freedom`), for all grains at it
-alike: it slides, and last it leaves the surface where tets are at fault (`surface_moves`). Where a grain
+(`kernels/tet_objective`), once and in the worker. A point of the surface then moves within its
+classification and its tolerance (`surface_freedom`), for all grains at it alike: it slides, and last it
+leaves the surface where tets are at fault (`surface_moves`). Where a grain
 fails every attempt, fTetWild meshes the whole model (`fallback`, `whole`). The numbers are the
 schedule of `optimise_tets` and the reaches of `surface_moves`.
 """

@@ -22,7 +22,6 @@ from craftmesh.tetrahedra.kernels.tet_passes import (
 )
 from craftmesh.tetrahedra.kernels.tet_quality import (
     FORM,
-    SOUND,
     VOLUME_LENGTH,
     WHOLE,
     WIDE,
@@ -66,14 +65,13 @@ CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspec
 FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
 ROUNDS = 3
-# Last the worst tets by SOUND go for a little more than POOR, and by FORM for angles of 15..149 degrees.
-# Both spread what the surface forces over several tets; LIGHTEN leaves few of these.
+# Last the worst tets by FORM go for angles of 15..149 degrees, which spreads what the surface forces over
+# several tets; LIGHTEN leaves few of these.
 LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
 # A little over the limit of tets that are neither poor nor stretched.
 SOUNDER = Step("improve", 0.355, WHOLE, rounds=2, inserts=True)
 FORMED = Step("improve", WIDE, FORM, rounds=4, inserts=True)
-ENDING = (*LAST_ROUND, Step("improve", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
-SCHEDULE = (MOVE, Step("improve", 0.55), *(ROUNDS * FREE_ROUND), *ENDING)
+SCHEDULE = (MOVE, Step("improve", 0.55), *(ROUNDS * FREE_ROUND), *LAST_ROUND, FORMED, LIGHTEN)
 
 
 def optimise_tets(
@@ -89,6 +87,8 @@ def optimise_tets(
     The first `frozen` points keep their numbers and bits; facets `blocked` (k, 3) inside the mesh stay
     faces on both sides. tets (m, 4) have positive volumes; size (n,) are target edge lengths.
     """
+    # stars of points that follow each other lie near each other: a tenth less time
+    tets = tets[np.argsort(tets.max(axis=1), kind="stable")]
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
     do_steps(state, steps, work)

@@ -9,8 +9,7 @@ from craftmesh.surface.connectivity import compact, lowest_equal_point, touching
 from craftmesh.surface.measure import area_vectors, numbered, side_volumes, volume_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, hold_pinched, new_scratch
 from craftmesh.tetrahedra.kernels.tet_means import mean_edges
-from craftmesh.tetrahedra.kernels.tet_objective import RATIOS, SOUND_FROM, Aim
-from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
+from craftmesh.tetrahedra.kernels.tet_objective import SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import (
     FORM,
     POOR,
@@ -21,14 +20,14 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     all_qualities,
 )
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
-from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, SOUNDER, do_steps
+from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, SOUNDER, Step, do_steps
 from craftmesh.tetrahedra.surface_freedom import along_surface, off_surface
 from craftmesh.tetrahedra.tet_state import CAPACITY, NO_FACETS, Bounds, new_state
 from craftmesh.tetrahedra.whole_mesh import Model, regrouped
 from craftmesh.types import Surface
 
-# Of sliding. A third lowers the mean aspect ratio by .0005.
-ROUNDS = 2
+# Sliding: a third step lowers the mean aspect ratio by .0005.
+SLIDING = 2 * (Step("aspect", FREE_FROM, WHOLE),)
 # Of the mean edge at a point: how far it leaves the surface, round by round, as long as tets are at fault:
 # what a small move opens is not opened by a large one. On random cracks 0.15 leaves several times as many
 # stretched tets as 0.4.
@@ -62,9 +61,7 @@ def slid(model: Model) -> tuple[Model, dict]:
     all_qualities(state.points, state.tets, count, state.quality, WHOLE)
     may[used[state.tets[:count][state.quality[:count] < SOUND_FROM]]] = False
     state.frozen[: len(used)] |= ~may[used]
-    work = new_scratch()
-    for _ in range(ROUNDS):
-        aspect_pass(state, Aim(RATIOS, WHOLE, FREE_FROM, 0.0, 0.0), work)
+    do_steps(state, SLIDING, new_scratch())
     moved = points.copy()
     moved[used] = state.points[: len(used)]
     found = model.moved(moved)

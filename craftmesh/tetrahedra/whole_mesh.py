@@ -44,10 +44,10 @@ class Model:
         on_surface = points[: len(old)][lowest_equal_point(old)]
         starts = np.cumsum([len(old), *(len(one.interior) for one in self.grain_tets)])
         inner = [points[a : a + len(one.interior)] for a, one in zip(starts, self.grain_tets)]
-        return Model(
-            replace(self.surface, points=on_surface),
-            [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)],
-        )
+        grains = [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)]
+        found = Model(replace(self.surface, points=on_surface), grains)
+        found.__dict__["tets"] = self.tets  # the same nodes
+        return found
 
 
 def regrouped(

@@ -22,6 +22,7 @@ from craftmesh.tetrahedra.kernels.tet_objective import (
     FAULTS,
     INSERTION_GAIN,
     NO_TET,
+    RATIOS,
     WORST,
     joined,
     limit_for,
@@ -32,6 +33,9 @@ from craftmesh.tetrahedra.kernels.tet_objective import (
 )
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_at, quality_of
 
+# Ring of an edge that goes for a lower mean of aspect ratios: larger ones took nine tenths of the time and
+# were 198 of 8,071 removals.
+RATIOS_RING = 4
 # Contraction makes no edge longer than this many target lengths; chosen by hand.
 LONGEST = 1.6
 
@@ -96,7 +100,7 @@ def _list_triangulation(points, ends, count, measure, work):
 def remove_edge(state, t, edge, aim, work):
     """Remove an interior edge of tet t by the best triangulation of its ring (Klincsek); return whether."""
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
-    if count < 3 or not has_room(state):
+    if count < 3 or (aim.objective == RATIOS and count > RATIOS_RING) or not has_room(state):
         return False
     ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
     limit = limit_for(state, work.ring_tets, count, aim)

@@ -10,7 +10,7 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.jit import lean_kernel, vector_kernel
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, ROOT2
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED
 
 # The first `count` columns of a table (TABLE_ROWS, f), room for a value of each, and the volume-length
 # quality, FLAT at least, that a tet has to exceed.
@@ -55,7 +55,8 @@ def _fill_ratios(table, ratios, count, limit, x, y, z):
         longest = max(u2, v2, w2, table[LONGEST2, i])
         mean = (u2 + v2 + w2 + table[AB2, i] + table[BC2, i] + table[CA2, i]) / 6.0
         ratio = np.sqrt(largest * longest) / volume6
-        ratios[i] = ratio if ROOT2 * volume6 > limit * mean * np.sqrt(mean) else INVERTED
+        is_over = volume6 > 0.0 and 2.0 * volume6 * volume6 > limit * limit * mean * mean * mean
+        ratios[i] = ratio if is_over else INVERTED
 
 
 @lean_kernel

@@ -3,7 +3,7 @@
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.kernels.tet_cavity import star_of, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import FIRST_STEP, Cone, walk, worst_at
+from craftmesh.tetrahedra.kernels.tet_cone import FIRST_STEP, Cone, walk
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, fault_weight
 from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, POOR, VOLUME_LENGTH, WIDE, quality_of
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
@@ -19,13 +19,23 @@ FREE_FROM = POOR + WIDE
 
 
 @lean_kernel
-def _put_at(state, v, place, count, measure, work):
-    """Move point v, of which `work.star` holds the star, and renew the qualities there."""
-    state.points[v, 0], state.points[v, 1], state.points[v, 2] = place
-    tets = state.tets
+def _put_at(state, v, place, count, measure, limit, work):
+    """Move point v, whose star is in `work.star`, and renew the qualities there; return whether it moves.
+
+    It stays where a quality would not be over the limit.
+    """
+    points, tets = state.points, state.tets
+    before = (points[v, 0], points[v, 1], points[v, 2])
+    points[v, 0], points[v, 1], points[v, 2] = place
     for i in range(count):
         t = work.star[i]
-        state.quality[t] = quality_of(state.points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
+        work.new_quality[i] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
+        if work.new_quality[i] <= limit:
+            points[v, 0], points[v, 1], points[v, 2] = before
+            return False
+    for i in range(count):
+        state.quality[work.star[i]] = work.new_quality[i]
+    return True
 
 
 @lean_kernel
@@ -72,13 +82,15 @@ def _pattern_search(ratios, place, best, ways, step, home, reach):
 
 
 @lean_kernel
-def _place_of_lower_ratios(state, v, count, aim, home, reach, ways, step, work):
-    """Return a place of point v with a lower mean aspect ratio round it, and whether there is one.
+def smooth_aspect(state, v, aim, work):
+    """Move point v, within its bounds, to where the mean aspect ratio round it is lower; return whether.
 
-    `work` holds its star of `count` tets and the faces opposite v, which stays within `reach` of `home` and
-    goes along directions (k, 3). The worst quality stays over the lesser of itself and `aim.floor`.
+    The worst quality stays over the lesser of itself and `aim.floor`.
     """
-    points = state.points
+    count = star_of(state, v, work)
+    if count == 0:
+        return False
+    points, own = state.points, min(v, len(state.reach) - 1)
     limit = min(worst_of(state.quality, work.star, count), aim.floor) - ROUNDING
     fill_table(points, work.faces, count, work.table)
     least = max(limit, FLAT) if aim.measure == VOLUME_LENGTH else FLAT
@@ -86,29 +98,11 @@ def _place_of_lower_ratios(state, v, count, aim, home, reach, ways, step, work):
     place = (points[v, 0], points[v, 1], points[v, 2])
     first = ratio_sum(ratios, place[0], place[1], place[2])
     if first >= INVERTED:
-        return place, False
-    place, best = _pattern_search(ratios, place, first, ways, step, home, reach)
-    lower = best < first
-    if lower and aim.measure != VOLUME_LENGTH:
-        cone = Cone(points, work.faces, count, aim.measure)
-        lower = worst_at(cone, place[0], place[1], place[2], limit) > limit
-    return place, lower
-
-
-@lean_kernel
-def smooth_aspect(state, v, aim, work):
-    """Move point v, within its bounds, to where the mean aspect ratio round it is lower; return whether."""
-    count = star_of(state, v, work)
-    if count == 0:
         return False
-    own, step = min(v, len(state.reach) - 1), PATTERN_STEP * state.size[v]
-    home = (state.home[own, 0], state.home[own, 1], state.home[own, 2])
-    place, lower = _place_of_lower_ratios(
-        state, v, count, aim, home, state.reach[own], state.ways[own], step, work
-    )
-    if lower:
-        _put_at(state, v, place, count, aim.measure, work)
-    return lower
+    home, reach = (state.home[own, 0], state.home[own, 1], state.home[own, 2]), state.reach[own]
+    step = PATTERN_STEP * state.size[v]
+    place, best = _pattern_search(ratios, place, first, state.ways[own], step, home, reach)
+    return best < first and _put_at(state, v, place, count, aim.measure, limit, work)
 
 
 @lean_kernel
@@ -137,10 +131,7 @@ def _move_to_better(state, v, count, aim, home, reach, ways, step, work):
     cone = Cone(points, work.faces, count, aim.measure)
     place = (points[v, 0], points[v, 1], points[v, 2])
     place, best = walk(cone, place, step, (home, reach), ways, (before, enough), lighter)
-    if best < before + least:
-        return False
-    _put_at(state, v, place, count, aim.measure, work)
-    return True
+    return best >= before + least and _put_at(state, v, place, count, aim.measure, -INVERTED, work)
 
 
 @lean_kernel
