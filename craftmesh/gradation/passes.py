@@ -154,7 +154,7 @@ def filled_grid(mesh: Mesh) -> FacetGrid:
     low, high = span_of(mesh.points[mesh.first >= 0])
     items = 6 * living + 2 * ROOM_PER_STEP
     grid = make_grid(low, high, cell, items, len(mesh.facets))
-    while not fill_grid(grid, mesh.points, mesh.facets, mesh.alive, m) or (
+    while not fill_grid(grid, mesh.points, mesh.facets, mesh.patch, mesh.alive, m) or (
         grid.used[0] + 2 * ROOM_PER_STEP > len(grid.facet)
     ):
         items *= 2

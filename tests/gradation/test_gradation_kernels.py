@@ -15,10 +15,11 @@ from craftmesh.by_reference import by_reference
 from craftmesh.gradation.crack_reference import crack_triangles
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
-from craftmesh.gradation.kernels.facet_grid import gather_near
+from craftmesh.gradation.kernels.facet_grid import gather_candidates
 from craftmesh.gradation.kernels.intersections import star_intersects
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, RELAX, one_pass
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
+from craftmesh.gradation.kernels.sheets import no_sheet
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import (
     Gradation,
@@ -229,8 +230,9 @@ def test_grid_query_agrees_with_all_pairs(seed):
     grid = filled_grid(mesh)
     points = np.concatenate([surface.points, extra])
     star = np.array([[12, 13, 14]])
-    near = gather_near(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, star, 1)
-    hit = star_intersects(grid, points, mesh.facets, near, star, 1)
+    box = tuple(extra.min(axis=0)), tuple(extra.max(axis=0))
+    near = gather_candidates(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, no_sheet(), *box)
+    hit = star_intersects(grid, points, mesh.facets, near, star, 1, False)
     assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in mesh.facets)
 
 

@@ -12,6 +12,7 @@ from craftmesh import Surface, gradate
 from craftmesh.gradation.kernels.codes import DONE, WEDGE
 from craftmesh.gradation.kernels.guards import refusal
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
+from craftmesh.gradation.kernels.sheets import no_sheet, set_rows
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.surface.kernels.corner_lists import corner_lists
@@ -75,13 +76,14 @@ def test_a_move_is_refused_where_the_arms_say_so(seed, count, others):
     state, (mesh, _) = prepared(surface)
     star = star_at(mesh, 0)
     state.mesh.points[star.tip] = place = rng.uniform(-0.5, 0.5, 3)
+    set_rows(mesh, star)
     moved = surface.points.copy()
     moved[0] = place
     # Only the fan's hinges, as the star's own: those of the rim's other facets alone stay what they are.
     after, before = least_angle(moved, facets), least_angle(surface.points, facets)
     for limit in (5.0, 30.0, 90.0):
         wanted = after < limit and after < before
-        assert sharpens_wedge(mesh, star, np.cos(np.radians(limit))) == wanted
+        assert sharpens_wedge(mesh, star, no_sheet(), np.cos(np.radians(limit))) == wanted
 
 
 def test_a_vertex_beside_a_junction_line_makes_no_sharp_wedge():

@@ -4,14 +4,16 @@ from collections import namedtuple
 
 import numpy as np
 
+from craftmesh.gradation.kernels.sheets import EMPTY, goes_on, join
 from craftmesh.jit import lean_kernel
+from craftmesh.surface.kernels.facet_shape import area_vector
 
-# origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
-# per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;
-# the candidates of the last query, their bounds in columns (6, c), whether each meets the box of the last
-# look (list_hits), and the facets that do.
+# origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; what the facets of each
+# cell have in common (sheets.join); facet and next item per item; number of items used (1,); per facet the
+# lowest and highest cell it was last entered in; the candidates of the last query, their bounds in columns
+# (6, c), whether each meets the box of the last look (list_hits), and the facets that do.
 FacetGrid = namedtuple(
-    "FacetGrid", "origin scale dims first facet after used covered candidate bounds met hits"
+    "FacetGrid", "origin scale dims first common facet after used covered candidate bounds met hits"
 )
 # Items that one operation surely needs less of; where fewer are left, the grid is made anew.
 ROOM_PER_STEP = 60000
@@ -34,6 +36,7 @@ def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets
         np.array([1.0 / cell]),
         dims,
         np.full(int(dims.prod()), -1, np.int32),
+        np.full(int(dims.prod()), EMPTY, np.int32),
         np.empty(items, np.int32),
         np.empty(items, np.int32),
         np.zeros(1, np.int64),
@@ -57,8 +60,9 @@ def _cell(x, axis, origin, scale, dims):
 
 
 @lean_kernel
-def insert_facet(grid, points, f, a, b, c):
+def insert_facet(grid, points, f, a, b, c, patch):
     """Enter facet `f` with corners (a, b, c) into the cells that its bounds meet; False when full."""
+    x, y, z = area_vector(points, a, b, c)
     origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
     first, after, item_facet = grid.first, grid.after, grid.facet
     i0 = _cell(min(points[a, 0], points[b, 0], points[c, 0]), 0, origin, scale, dims)
@@ -72,11 +76,12 @@ def insert_facet(grid, points, f, a, b, c):
         for j in range(j0, j1 + 1):
             inside = covered[f, 0] <= i <= covered[f, 1] and covered[f, 2] <= j <= covered[f, 3]
             for k in range(k0, k1 + 1):
+                cell = (i * dims[1] + j) * dims[2] + k
+                grid.common[cell] = join(grid.common[cell], patch, x, y, z)
                 if inside and covered[f, 4] <= k <= covered[f, 5]:
                     continue
                 if item >= len(item_facet):
                     return False
-                cell = (i * dims[1] + j) * dims[2] + k
                 item_facet[item] = f
                 after[item] = first[cell]
                 first[cell] = item
@@ -92,14 +97,17 @@ def insert_facet(grid, points, f, a, b, c):
 
 
 @lean_kernel
-def fill_grid(grid, points, facets, alive, facet_count):
+def fill_grid(grid, points, facets, patch, alive, facet_count):
     """Empty the grid and enter all living facets; False when the item lists are too short."""
     grid.first[:] = -1
+    grid.common[:] = EMPTY
     grid.used[0] = 0
     grid.covered[:] = -1
     for f in range(facet_count):
-        if alive[f] and not insert_facet(grid, points, f, facets[f, 0], facets[f, 1], facets[f, 2]):
-            return False
+        if alive[f]:
+            a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
+            if not insert_facet(grid, points, f, a, b, c, patch[f]):
+                return False
     return True
 
 
@@ -123,11 +131,11 @@ def _set_bounds(points, facets, f, low, high, bounds, n):
 
 
 @lean_kernel
-def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high):
+def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low, high):
     """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
 
-    Facets with facet_stamp >= `mark`, as all that are gone (GONE), are passed over; listed ones get
-    facet_stamp = mark.
+    Cells whose facets all go on with the sheet are passed over. So are facets with facet_stamp >= `mark`,
+    as all that are gone have it (GONE); listed ones get facet_stamp = mark.
     """
     origin, scale, dims = grid.origin, grid.scale, grid.dims
     first, after, item_facet = grid.first, grid.after, grid.facet
@@ -143,6 +151,8 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
         for j in range(j0, j1 + 1):
             for k in range(k0, k1 + 1):
                 cell = (i * dims[1] + j) * dims[2] + k
+                if grid.common[cell] == EMPTY or goes_on(grid.common[cell], sheet):
+                    continue
                 last = -1
                 item = np.int64(first[cell])
                 while item >= 0:
@@ -163,24 +173,6 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
                         after[last] = following
                     item = following
     return count
-
-
-@lean_kernel
-def gather_near(grid, points, facets, alive, facet_stamp, mark, rows, count):
-    """List the facets whose bounds meet those of the facets rows[:count] (k, 3); return their number.
-
-    Facets with facet_stamp >= `mark` are passed over. The number is -1 when there are too many.
-    """
-    x0 = y0 = z0 = np.inf
-    x1 = y1 = z1 = -np.inf
-    for i in range(count):
-        for j in range(3):
-            x, y, z = points[rows[i, j]]
-            x0, x1 = min(x0, x), max(x1, x)
-            y0, y1 = min(y0, y), max(y1, y)
-            z0, z1 = min(z0, z), max(z1, z)
-    low, high = (x0, y0, z0), (x1, y1, z1)
-    return gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
 
 
 @lean_kernel

@@ -10,9 +10,10 @@ import numpy as np
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME, WEDGE
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
 from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
-from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
+from craftmesh.gradation.kernels.facet_grid import GONE, gather_candidates, insert_facet
 from craftmesh.gradation.kernels.intersections import star_intersects
-from craftmesh.gradation.kernels.star import add_star, look_around, old_facet, shape_refusal
+from craftmesh.gradation.kernels.sheets import keep_foreign, no_sheet, set_rows, sheet_of
+from craftmesh.gradation.kernels.star import add_star, old_facet, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 from craftmesh.jit import lean_kernel
@@ -55,10 +56,13 @@ def refusal(state, grid, limits, star, floor):
         reaches = (limits.distance, limits.crack_distance, limits.front_distance)
         if not find_new_homes(state, star, loose, takers, reaches):
             return DISTANCE
-    if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
+    set_rows(state, star)
+    near, sheet = _look_around(state, grid, star)
+    if limits.wedge < np.inf and sharpens_wedge(state, star, sheet, limits.wedge):
         return WEDGE
-    near = look_around(state, grid, star)
-    if near < 0 or star_intersects(grid, state.points, state.facets, near, state.star_corners, star.moved):
+    points, facets, corners = state.points, state.facets, state.star_corners
+    alone = sheet.patch >= 0
+    if near < 0 or star_intersects(grid, points, facets, near, corners, star.moved, alone):
         return INTERSECTION
     state.pending[0] = grains
     state.pending[1] = loose
@@ -93,6 +97,47 @@ def _list_takers(state, star):
 
 
 @lean_kernel
+def _look_around(state, grid, star):
+    """Return how many of the grid's candidates the new facets may meet, -1 if too many, and their sheet."""
+    sheet = sheet_of(state, star)
+    near = _list_near(state, grid, star, sheet)
+    if sheet.patch >= 0 and near > 0:
+        near = keep_foreign(state, grid, star, sheet, near)
+    if sheet.patch >= 0 and near < 0:
+        sheet = no_sheet()
+        near = _list_near(state, grid, star, sheet)
+    return near, sheet
+
+
+@lean_kernel
+def _list_near(state, grid, star, sheet):
+    """List the facets near the star, its own and those that go on with the sheet left out, as candidates.
+
+    Returns their number, or -1 when too many.
+    """
+    stamp, points = state.facet_stamp, state.points
+    mark = state.clock[1] + 1
+    state.clock[1] += 2
+    for i in range(star.moved + star.dying):
+        stamp[old_facet(state, star, i)] = mark + 1
+    low = high = (points[star.tip, 0], points[star.tip, 1], points[star.tip, 2])
+    for v in (star.vertex, star.gone if star.gone >= 0 else star.vertex):
+        low, high = _with_point(low, high, points, v)
+    for i in range(star.moved):
+        for k in range(2):
+            low, high = _with_point(low, high, points, state.star_ends[i, k])
+    return gather_candidates(grid, points, state.facets, state.alive, stamp, mark, sheet, low, high)
+
+
+@lean_kernel
+def _with_point(low, high, points, v):
+    """Return the bounds with one more point."""
+    x, y, z = points[v, 0], points[v, 1], points[v, 2]
+    low = (min(low[0], x), min(low[1], y), min(low[2], z))
+    return low, (max(high[0], x), max(high[1], y), max(high[2], z))
+
+
+@lean_kernel
 def commit(state, grid, star):
     """Make the change of the star that `refusal` has just allowed."""
     book_drift(state, state.pending[0])
@@ -111,7 +156,7 @@ def commit(state, grid, star):
     settle(state, state.pending[1])
     for i in range(star.moved):
         a, b, c = state.star_corners[i]
-        insert_facet(grid, state.points, state.star[i], a, b, c)
+        insert_facet(grid, state.points, state.star[i], a, b, c, state.patch[state.star[i]])
 
 
 @lean_kernel

@@ -112,15 +112,17 @@ def _meets_candidates(grid, near, points, facets, planes, corners):
 
 
 @kernel
-def star_intersects(grid, points, facets, near, star, count):
+def star_intersects(grid, points, facets, near, star, count, alone):
     """Tell whether one of the new facets star[:count] (k, 3) meets another one or a candidate.
 
-    `near` is the number of candidates that gather_near has listed.
+    near: the number of the grid's candidates, with which `alone` facets are compared.
     """
+    if alone and near == 0:
+        return False
     planes = np.empty((4, 5))
     for i in range(count):
         set_planes(points, star[i], planes)
-        if _meets_star(points, planes, star, i):
+        if not alone and _meets_star(points, planes, star, i):
             return True
         if _meets_candidates(grid, near, points, facets, planes, star[i]):
             return True

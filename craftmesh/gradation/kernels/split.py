@@ -129,6 +129,12 @@ def _share_witnesses(state, f, g, m):
 
 
 @lean_kernel
+def _enter(state, grid, f):
+    p, q, r = state.facets[f, 0], state.facets[f, 1], state.facets[f, 2]
+    insert_facet(grid, state.points, f, p, q, r, state.patch[f])
+
+
+@lean_kernel
 def _commit_split(state, grid, a, b, parents, moved):
     """Divide the listed facets at the newest vertex, `moved` off their edge or not."""
     m = state.used[0] - 1
@@ -140,9 +146,9 @@ def _commit_split(state, grid, a, b, parents, moved):
         f = state.dying[i]
         g = state.used[1] - parents + i
         _share_witnesses(state, f, g, m)
-        insert_facet(grid, state.points, g, state.facets[g, 0], state.facets[g, 1], state.facets[g, 2])
+        _enter(state, grid, g)
         if moved:
-            insert_facet(grid, state.points, f, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
+            _enter(state, grid, f)
 
 
 @lean_kernel

@@ -5,7 +5,6 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
-from craftmesh.gradation.kernels.facet_grid import gather_near
 from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
@@ -122,20 +121,3 @@ def _longest_before(state, star):
         for k in range(3):
             longest = max(longest, squared_distance(points, facets[f, k], facets[f, (k + 1) % 3]))
     return longest
-
-
-@lean_kernel
-def look_around(state, grid, star):
-    """List the facets near the star's new ones as the grid's candidates, those of the star left out.
-
-    Returns their number, or -1 when too many.
-    """
-    changed, lost, stamp = state.star, state.dying, state.facet_stamp
-    mark = state.clock[1] + 1
-    state.clock[1] += 2
-    for i in range(star.moved):
-        stamp[changed[i]] = mark + 1
-    for i in range(star.dying):
-        stamp[lost[i]] = mark + 1
-    rows = state.star_corners
-    return gather_near(grid, state.points, state.facets, state.alive, stamp, mark, rows, star.moved)

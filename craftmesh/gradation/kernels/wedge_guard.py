@@ -14,40 +14,35 @@ from craftmesh.surface.rounding import EXACT
 
 
 @lean_kernel
-def sharpens_wedge(state, star, cosine):
-    """Tell whether a wedge of the star's new facets is beyond the cosine and sharper than all old ones."""
+def sharpens_wedge(state, star, sheet, cosine):
+    """Tell whether a wedge of the star's new facets is beyond the cosine and sharper than all old ones.
+
+    The new facets are those of `set_rows`. Those of a sheet enclose wedges on junction lines alone.
+    """
+    alone = sheet.patch >= 0
     state.clock[1] += 1
     mark = state.clock[1]
     for i in range(star.moved):
         state.facet_stamp[state.star[i]] = mark
-        _set_row(state, star.tip, i)
     for i in range(star.dying):
         state.facet_stamp[state.dying[i]] = mark
     sharpest = OPEN
     for i in range(star.moved):
-        sharpest = max(sharpest, _among_new(state, i), _at_its_rim(state, star.tip, i, mark))
+        if alone and not _is_on_line(state, star, i):
+            continue
+        if not alone:
+            sharpest = max(sharpest, _among_new(state, i))
+        sharpest = max(sharpest, _at_its_rim(state, star.tip, i, mark))
         if star.tip == star.vertex:
             sharpest = max(sharpest, _at_last_spoke(state, star.tip, i, mark))
     return sharpest > cosine and sharpest > _sharpest_before(state, star) + EXACT
 
 
 @lean_kernel
-def _set_row(state, tip, i):
-    """Set the corners after the tip of the star's new facet in row `i`, and its unit normal."""
-    corners = state.star_corners
-    k = 0
-    while corners[i, k] != tip:
-        k += 1
-    u = corners[i, (k + 1) % 3]
-    v = corners[i, (k + 2) % 3]
-    state.star_ends[i, 0] = u
-    state.star_ends[i, 1] = v
-    x, y, z = area_vector(state.points, tip, u, v)
-    size = np.sqrt(x * x + y * y + z * z)
-    scale = 1.0 / size if size > 0.0 else 0.0
-    state.star_normal[i, 0] = x * scale
-    state.star_normal[i, 1] = y * scale
-    state.star_normal[i, 2] = z * scale
+def _is_on_line(state, star, i):
+    """Tell whether two corners of the new facet in row `i` may lie on one junction line."""
+    ranks = state.rank[star.vertex], state.rank[state.star_ends[i, 0]], state.rank[state.star_ends[i, 1]]
+    return (ranks[0] > 0) + (ranks[1] > 0) + (ranks[2] > 0) > 1
 
 
 @lean_kernel
