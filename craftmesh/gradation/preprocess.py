@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.surface.classification import ON_LINE, Classification
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.guarded_move import MoveBounds, guarded_move
 from craftmesh.surface.kernels.corner_lists import corner_lists
 from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_cosines
+from craftmesh.surface.kernels.ranks import ON_LINE
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING
@@ -25,11 +26,13 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
     All three facets must be of one patch and turn by at most `normal_tolerance` degrees, on the crack
     by none; the new facet must not exist already, nor sharpen a sharp wedge.
     """
+    candidates = np.flatnonzero(np.bincount(surface.facets.ravel(), minlength=len(surface.points)) == 3)
+    if not len(candidates):
+        return surface, 0
     cosine = np.where(surface.kind == CRACK, IN_PLANE, np.cos(np.radians(normal_tolerance)))
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
     patch = patches(surface).of_facet
-    candidates = np.flatnonzero(np.bincount(facets.ravel(), minlength=len(surface.points)) == 3)
     while True:
         lidded, alive, rows = _with_lids(surface.points, facets, patch, candidates, cosine)
         sharp = _sharpened(surface.points, facets, lidded, alive, rows)

@@ -20,7 +20,7 @@ from craftmesh.insertion.guarded_move import move_onto, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import LINE_SHARE, classified, leaves_crack
-from craftmesh.surface.classification import AT_JUNCTION, ON_LINE
+from craftmesh.surface.kernels.ranks import AT_JUNCTION, ON_LINE
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 

@@ -10,9 +10,10 @@ from craftmesh.insertion.cut import OFF, CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import move_onto
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.kernels.ranks import AT_JUNCTION, IN_PATCH, ON_LINE
 from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, point_normals
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface

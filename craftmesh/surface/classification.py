@@ -6,12 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.kernels.ranks import AT_JUNCTION, line_ranks
 from craftmesh.surface.kernels.tied import tied_vertices
 from craftmesh.surface.patches import FeatureEdges, Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
-
-# Ranks of vertices: in a patch two directions are free, on a line of feature edges one, at a junction none.
-IN_PATCH, ON_LINE, AT_JUNCTION = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -41,19 +39,13 @@ class Classification:
         A vertex on a line has two feature edges, with the same patches at both. A vertex where surfaces
         meet without a common edge is a junction.
         """
-        features, count = self.features, len(self.surface.points)
-        # hash of each facet's patch: its sum over an edge's facets identifies the set of patches there
-        mixed = (self.patch.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+        facets, count = self.surface.facets.astype(np.int64), len(self.surface.points)
+        # hash of each patch: its sum over an edge's facets identifies the set of patches there
+        mixed = np.arange(1, self.patch.max(initial=-1) + 2).astype(np.uint64)
+        mixed *= np.uint64(0x9E3779B97F4A7C15)
         mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
-        at_edge = np.zeros(len(features.edges), np.uint64)
-        np.add.at(at_edge, features.of_corner.ravel(), np.repeat(mixed, 3))
-        least, most = np.full(count, np.iinfo(np.uint64).max), np.zeros(count, np.uint64)
-        for ends in features.lines.T:
-            np.minimum.at(least, ends, at_edge[features.is_feature])
-            np.maximum.at(most, ends, at_edge[features.is_feature])
-        rank = np.where((self.degree == 2) & (least == most), ON_LINE, AT_JUNCTION)
-        rank[self.degree == 0] = IN_PATCH
-        rank[tied_vertices(self.surface.facets.astype(np.int64), count)] = AT_JUNCTION
+        rank = line_ranks(facets, self.patch, mixed, count)
+        rank[tied_vertices(facets, count)] = AT_JUNCTION
         return rank
 
     @cached_property

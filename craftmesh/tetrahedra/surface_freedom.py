@@ -7,9 +7,10 @@ theirs in either case, the front too.
 import numpy as np
 
 from craftmesh.cracks.promises import TETRAHEDRA
-from craftmesh.surface.classification import IN_PATCH, ON_LINE, Classification
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import lowest_equal_point, unique_edges
 from craftmesh.surface.front import median_front_edge
+from craftmesh.surface.kernels.ranks import IN_PATCH, ON_LINE
 from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges
 from craftmesh.tetrahedra.tet_state import Bounds
 from craftmesh.types import CRACK, Surface

@@ -11,7 +11,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.remeshing.remesh import RemeshOptions, remesh, smooth
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
+from craftmesh.surface.classification import Classification
+from craftmesh.surface.kernels.ranks import AT_JUNCTION, IN_PATCH, ON_LINE
 from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.surface.smoothing import lapped, smoothing_neighbours
 from craftmesh.types import INTERFACE, Surface, Voxels

@@ -5,8 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_patches import random_soup, slow_features, slow_patch
 
-from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.kernels.ranks import AT_JUNCTION, IN_PATCH, ON_LINE
 from craftmesh.types import CRACK, INTERFACE, Surface
 
 

@@ -6,7 +6,8 @@ from structured_box import structured_box
 
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.classification import AT_JUNCTION, Classification
+from craftmesh.surface.classification import Classification
+from craftmesh.surface.kernels.ranks import AT_JUNCTION
 from craftmesh.surface.repair import faulty_facets, repair_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize

@@ -9,8 +9,9 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
-from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.ranks import AT_JUNCTION, IN_PATCH, ON_LINE
 from craftmesh.surface.measure import mean_edges, side_volumes
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
