@@ -71,7 +71,7 @@ def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
     edges = np.stack([facets[rows, (smallest + 1) % 3], facets[rows, (smallest + 2) % 3]], axis=1)
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     chosen = np.flatnonzero((worst < goal) & ((ratio < SHORT) | (worst < NEEDLE_ANGLE)))
-    order = chosen[block_order(edges[chosen], worst[chosen])]
+    order = chosen[block_order(edges[chosen, 0], worst[chosen])]
     return gradation.repeat("cleaning_collapses", COLLAPSE, limits, edges[order])
 
 

@@ -22,6 +22,7 @@ from craftmesh.gradation.passes import (
     relax_all,
     split_long,
     swap_all,
+    swap_changed,
 )
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.report import figures_before, gradation_report
@@ -105,10 +106,10 @@ def gradate(
     options = options or GradateOptions()
     if not len(surface.facets):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
-    refuse_open(surface)
-    checked_targets(volumes or {}, surface)
     progress(0.0, "preprocess")
-    before = figures_before(surface)
+    surface = spatially_sorted(surface)
+    before = figures_before(surface, refuse_open(surface))
+    checked_targets(volumes or {}, surface)
     held = HeldArea(surface, crack, sizing.l_min)
     surface, done = _prepared(surface, options)
     sizing = short_beside_folds(surface, sizing)
@@ -130,7 +131,7 @@ def gradate(
 
 
 def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[str, int]]:
-    """Return the preprocessed surface in spatial order, and how many nodes were changed."""
+    """Return the surface, preprocessed and in spatial order as it came, and how many nodes were changed."""
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
@@ -138,7 +139,7 @@ def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[
         surface, removed = remove_unnecessary_nodes(surface, options.normal_tolerance)
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
     done = {"released_nodes": released, "unnecessary_nodes": removed, "smoothed_nodes": smoothed}
-    return spatially_sorted(surface), done
+    return spatially_sorted(surface) if any(done.values()) else surface, done
 
 
 def _gradated(
@@ -150,7 +151,7 @@ def _gradated(
 ) -> Gradation:
     """Return the gradation after its rounds and its cleaning, without the volumes brought back."""
     while options.passes and halve_longest(gradation, limits):
-        swap_all(gradation, limits)
+        swap_changed(gradation, limits)
         gradation.set_sizes(sizing)
     for n in range(options.passes):
         progress(n / (options.passes + 2), f"gradate, round {n + 1} of {options.passes}")

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from craftmesh.gradation.kernels.facet_order import rows_by_points, turned_to_least
+from craftmesh.surface.patches import oriented
 from craftmesh.types import Surface
 
 # Bits per axis of the cells along whose curve the points are sorted, and vertices per block of work.
@@ -10,24 +12,28 @@ BLOCK = 2048
 
 
 def spatially_sorted(surface: Surface) -> Surface:
-    """Return `surface` with points along a Morton curve through the box and facets by their points.
+    """Return `surface` oriented, points along a Morton curve through the box and facets by their points.
 
     Points of one cell, a 1024th of the longest extent, go by x, y and z, and facets begin with their least
     point: the order of the input, in which ties are broken, does not matter.
     """
-    order = np.lexsort((*surface.points.T[::-1], _morton_keys(surface.points)))
-    new = np.empty(len(order), surface.facets.dtype)
-    new[order] = np.arange(len(order), dtype=new.dtype)
-    facets = new[surface.facets]
-    turns = np.argmin(facets, axis=1)[:, None] + np.arange(3)
-    facets = np.take_along_axis(facets, turns % 3, axis=1)
-    rows = np.lexsort(np.sort(facets, axis=1).T[::-1])
-    return Surface(surface.points[order], facets[rows], surface.sides[rows], surface.kind[rows])
+    keys = _morton_keys(surface.points)
+    order = np.argsort(keys)
+    ties = np.diff(keys[order]) == 0
+    shared = np.flatnonzero(np.r_[False, ties] | np.r_[ties, False])
+    tied = np.sort(order[shared])
+    order[shared] = tied[np.lexsort((*surface.points[tied].T[::-1], keys[tied]))]
+    new = np.empty_like(order)
+    new[order] = np.arange(len(order))
+    facets, sides = oriented(surface)
+    facets = turned_to_least(facets.astype(np.int64), new)
+    rows = rows_by_points(facets, len(order))
+    return Surface(surface.points[order], facets[rows], sides[rows], surface.kind[rows])
 
 
-def block_order(edges: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return the rows of `edges` (e, 2) block by block of vertices, in each by ascending `key` (e,)."""
-    block = edges[:, 0] // BLOCK
+def block_order(vertices: np.ndarray, key: np.ndarray) -> np.ndarray:
+    """Return the rows of vertices (e,) block by block of these, in each by ascending `key` (e,)."""
+    block = vertices // BLOCK
     order = np.argsort(block, kind="stable")
     ends = np.cumsum(np.bincount(block))
     for start, end in zip(ends - np.diff(ends, prepend=0), ends):

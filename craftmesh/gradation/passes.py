@@ -22,8 +22,8 @@ from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import Guards, Mesh, State, make_room, make_state
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.connectivity import touching, unique_edges
-from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
+from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 from craftmesh.surface.measure import span_of
 from craftmesh.types import Crack, Surface
@@ -54,14 +54,6 @@ class Limits(NamedTuple):
     even_floor: float = np.inf  # the floor where edges of junction lines are evened out, if less
 
 
-class Swapped(NamedTuple):
-    """The surface after a pass of swaps, and those limits of the pass that swaps ask for."""
-
-    limits: Limits
-    points: np.ndarray  # (v, 3)
-    facets: np.ndarray  # (f, 3)
-
-
 @dataclass
 class Gradation:
     """The state and its grid, with the counts of what was done; passes replace both as they grow."""
@@ -71,7 +63,8 @@ class Gradation:
     done: dict[str, int]
     # (v, 3): where the vertices were when their sizes were set last
     sized: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    swapped: "Swapped | None" = None
+    # of the last pass of swaps; mesh.changed has the facets that have changed since
+    swapped: Limits | None = None
     # to the state and the grid, for kernels; None before they are asked for
     references: tuple[Any, Any] | None = None
 
@@ -80,11 +73,20 @@ class Gradation:
         """The surface as it stands."""
         return self.state.mesh
 
-    def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return edges (e, 2) and whether each is a feature."""
-        m = self.mesh
-        count = int(m.alive[: m.used[1]].sum())
-        return list_edges(m.facets, m.patch, m.first, m.after, m.rank, m.used[0], count, m.stamp, m.clock)
+    def edges(
+        self, least: float = -np.inf, most: float = np.inf
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return edges (e, 2) between these lengths, whether each is a feature, and its length.
+
+        Lengths are over the target's.
+        """
+        return list_edges(self.reference()[0], least, most)
+
+    def reference(self) -> tuple[Any, Any]:
+        """Return references to the state and to the grid, for kernels."""
+        if self.references is None:
+            self.references = by_reference(*self.state), by_reference(self.grid)
+        return self.references
 
     def poor_facets(self, score: float) -> np.ndarray:
         """Return the corners (k, 3) of the living facets whose angle score is under `score`."""
@@ -115,9 +117,7 @@ class Gradation:
         rows = items if items.ndim == 2 else items[:, None]
         start, total = 0, 0
         while True:
-            if self.references is None:
-                self.references = by_reference(*self.state), by_reference(self.grid)
-            start, done = one_pass(*self.references, limits, operation, rows, goal, start)
+            start, done = one_pass(*self.reference(), limits, operation, rows, goal, start)
             total += done
             if start >= len(rows):
                 break
@@ -164,21 +164,20 @@ def filled_grid(mesh: Mesh) -> FacetGrid:
 
 def collapse_short(gradation: Gradation, limits: Limits) -> int:
     """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
-    total = 0
-    edges, feature = gradation.edges()
-    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
-    for lines in (True, False):
-        short = _in_blocks(edges, ratio, np.flatnonzero((feature == lines) & (ratio < limits.collapse)))
-        name = "collapsed_junction_edges" if lines else "collapsed_regular_edges"
-        total += gradation.repeat(name, COLLAPSE, limits, short)
-    return total
+    edges, feature, ratio = gradation.edges(most=limits.collapse)
+    short = [
+        edges[rows[block_order(edges[rows, 0], ratio[rows])]]
+        for rows in map(np.flatnonzero, (feature, ~feature))
+    ]
+    del edges, feature, ratio
+    names = "collapsed_junction_edges", "collapsed_regular_edges"
+    return sum(gradation.repeat(name, COLLAPSE, limits, rows) for name, rows in zip(names, short))
 
 
 def split_long(gradation: Gradation, limits: Limits) -> int:
     """Split the edges over limits.split of their target now, longest first by blocks; return how many."""
-    edges, _ = gradation.edges()
-    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
-    long = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
+    edges, _, ratio = gradation.edges(least=limits.split)
+    long = edges[block_order(edges[:, 0], -ratio)]
     return split_all(gradation, "split_edges", limits, long, 1.0)
 
 
@@ -188,11 +187,6 @@ def halve_longest(gradation: Gradation, limits: Limits) -> int:
     Strips, as of a drawn cylinder, have no sound halves; swaps and later splits better these.
     """
     return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0))
-
-
-def _in_blocks(edges: np.ndarray, rank: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Return the edges of the `chosen` rows by blocks of space, in each those of least rank first."""
-    return edges[chosen[block_order(edges[chosen], rank[chosen])]]
 
 
 def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, share: float) -> int:
@@ -214,29 +208,37 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
     asked = limits._replace(collapse=0.0, split=0.0, floor=0.0, gain=0.0, merge_points=False)
     edges = edges_to_swap(gradation, asked)
     done = gradation.repeat("swapped_edges", SWAP, limits, edges)
-    mesh = gradation.mesh
-    gradation.swapped = Swapped(asked, mesh.points.copy(), mesh.facets.copy())
+    gradation.mesh.changed[:] = False
+    gradation.swapped = asked
     return done
 
 
 def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
     """Return the edges (e, 2) inside patches that a pass of swaps has not seen as they are now."""
-    last, mesh = gradation.swapped, gradation.mesh
-    if last is None or last.limits != limits:
-        edges, feature = gradation.edges()
+    if gradation.swapped != limits:
+        edges, feature, _ = gradation.edges()
         return edges[~feature]
-    n, m = min(len(last.points), len(mesh.points)), min(len(last.facets), len(mesh.facets))
-    moved = np.ones(len(mesh.points), bool)
-    moved[:n] = ~_are_equal(mesh.points[:n], last.points[:n])
-    changed = np.ones(len(mesh.facets), bool)
-    changed[:m] = ~_are_equal(mesh.facets[:m], last.facets[:m])
-    changed |= touching(mesh.facets, moved)
-    return unique_edges(mesh.facets[changed & mesh.alive])[0]
+    return changed_edges(gradation.mesh)
+
+
+def changed_edges(mesh: Mesh) -> np.ndarray:
+    """Return the edges (e, 2) of the facets that have changed since the last pass of swaps."""
+    ends = facet_edges(mesh.facets[mesh.changed & mesh.alive])
+    stride = len(mesh.points)
+    keys = np.sort(ends.min(axis=1) * stride + ends.max(axis=1))
+    keys = keys[np.diff(keys, prepend=-1) > 0]
+    return np.stack([keys // stride, keys % stride], axis=1)
 
 
 def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return which rows (n, 3) are those of the other array."""
     return (rows[:, 0] == others[:, 0]) & (rows[:, 1] == others[:, 1]) & (rows[:, 2] == others[:, 2])
+
+
+def swap_changed(gradation: Gradation, limits: Limits) -> int:
+    """Swap edges of facets that have changed so far, and what gains round them."""
+    limits = limits._replace(longest=np.inf)
+    return gradation.repeat("swapped_edges", SWAP, limits, changed_edges(gradation.mesh))
 
 
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:

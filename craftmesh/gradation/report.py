@@ -28,9 +28,8 @@ class Before(NamedTuple):
     volumes: dict[int, float]
 
 
-def figures_before(surface: Surface) -> Before:
-    """Return what the report says of the input."""
-    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+def figures_before(surface: Surface, volumes: dict[int, float]) -> Before:
+    """Return what the report says of the input, whose grains and voids have these volumes."""
     return Before(len(surface.facets), len(sharp_wedges(surface).angle), volumes)
 
 

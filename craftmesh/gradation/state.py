@@ -38,6 +38,7 @@ class Mesh(NamedTuple):
     points: np.ndarray  # (v, 3)
     facets: np.ndarray  # (f, 3)
     alive: np.ndarray  # (f,) bool
+    changed: np.ndarray  # (f,) bool, whether a corner is another or elsewhere since the last pass of swaps
     patch: np.ndarray  # (f,)
     first: np.ndarray  # (v,) the first corner at each vertex, -1 where the vertex is gone (corner_lists)
     after: np.ndarray  # (3 f,) the next corner at the same vertex, -1 at the end
@@ -109,7 +110,8 @@ class State(NamedTuple):
 PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
 PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0}
 PER_VERTEX |= {"witness_front": 0, "is_witness": 0}
-PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
+PER_FACET = {"facets": 0, "alive": 0, "changed": 0, "patch": 0, "reference": 0, "witness_first": -1}
+PER_FACET |= {"facet_stamp": 0}
 
 
 def make_state(surface: Surface, size: np.ndarray, crack: Crack | None = None) -> State:
@@ -135,6 +137,7 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
         points=_with_spare_row(surface.points),
         facets=facets,
         alive=np.ones(m, bool),
+        changed=np.zeros(m, bool),
         patch=patch,
         first=np.full(n + 1, -1, np.int64),
         after=np.full(3 * m, -1, np.int64),

@@ -25,11 +25,16 @@ def check_surface(surface: Surface) -> list[str]:
     return [breach for check in checks for breach in check(surface)]
 
 
-def refuse_open(surface: Surface) -> None:
-    """Raise CraftmeshError unless each grain's facets are closed and face outward around a volume > 0."""
-    breaches = _closedness(surface) or _volumes(surface)
+def refuse_open(surface: Surface) -> dict[int, float]:
+    """Return the volumes of grains and voids, as `side_volumes` does.
+
+    Raises CraftmeshError unless each grain's facets are closed and face outward around a volume > 0.
+    """
+    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    breaches = _closedness(surface) or _no_volumes(volumes)
     if breaches:
         raise CraftmeshError(f"{breaches[0]}; expected closed boundaries that face out of their grains")
+    return volumes
 
 
 def _at(point: np.ndarray) -> str:
@@ -116,7 +121,10 @@ def _closedness(surface: Surface) -> list[str]:
 
 
 def _volumes(surface: Surface) -> list[str]:
-    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    return _no_volumes(side_volumes(surface.points, surface.facets, surface.sides))
+
+
+def _no_volumes(volumes: dict[int, float]) -> list[str]:
     return [
         f"grain {grain} has the volume {volume:.6g}, so its facets are turned inside out or missing"
         for grain, volume in volumes.items()

@@ -16,10 +16,12 @@ from craftmesh.gradation.crack_reference import crack_triangles
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
 from craftmesh.gradation.kernels.facet_grid import gather_candidates
+from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.intersections import star_intersects
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, RELAX, one_pass
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
 from craftmesh.gradation.kernels.sheets import no_sheet
+from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import (
     Gradation,
@@ -165,8 +167,8 @@ def test_a_reference_keeps_its_arrays_and_no_longer_than_itself():
 def test_work_goes_block_by_block_and_by_key_in_each():
     rng = np.random.default_rng(4)
     edges, key = rng.integers(0, 5 * BLOCK, (3000, 2)), rng.integers(0, 40, 3000) / 7
-    assert (block_order(edges, key) == np.lexsort((key, edges[:, 0] // BLOCK))).all()
-    assert len(block_order(edges[:0], key[:0])) == 0
+    assert (block_order(edges[:, 0], key) == np.lexsort((key, edges[:, 0] // BLOCK))).all()
+    assert len(block_order(edges[:0, 0], key[:0])) == 0
 
 
 def test_every_refusal_has_a_name_of_its_own():
@@ -341,8 +343,11 @@ def test_later_swaps_look_at_facets_that_have_changed_alone():
     gradation = Gradation(prepared(surface)[0], filled_grid(prepared(surface)[0].mesh), {})
     limits = OPEN._replace(cosine=0.5)
     swap_all(gradation, limits)
-    assert not len(edges_to_swap(gradation, gradation.swapped.limits))
+    assert not len(edges_to_swap(gradation, gradation.swapped))
     assert len(edges_to_swap(gradation, limits._replace(cosine=0.4))) == 7
-    gradation.mesh.points[3] *= 1.1
-    around = {tuple(edge) for edge in edges_to_swap(gradation, gradation.swapped.limits).tolist()}
+    references = gradation.reference()
+    star = star_at(references[0], 3)
+    gradation.mesh.points[star.tip] *= 1.1
+    assert attempt(*references, limits, star, 0.0, 0.0) == DONE
+    around = {tuple(edge) for edge in edges_to_swap(gradation, gradation.swapped).tolist()}
     assert around == {(0, 2), (0, 3), (0, 4), (2, 3), (3, 4)}

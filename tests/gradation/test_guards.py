@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from structured_box import structured_box
-from unchanged import OPEN, frozen
+from unchanged import INF, OPEN, frozen
 
 from craftmesh.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
@@ -59,9 +59,9 @@ def test_each_guard_refuses_by_its_reason_and_writes_nothing(state, limits, step
     assert star.moved == 6 and star.vertex == v and star.tip == state.mesh.used[0]
     assert np.array_equal(state.mesh.points[star.tip], state.mesh.points[v])
     state.mesh.points[star.tip] = place
-    assert refusal(*references, OPEN._replace(**limits), star, floor) == reason
+    assert refusal(*references, OPEN._replace(**limits), star, floor, INF) == reason
     assert frozen(state) == before
-    assert attempt(*references, OPEN._replace(**limits), star, floor) == reason
+    assert attempt(*references, OPEN._replace(**limits), star, floor, INF) == reason
     assert np.array_equal(state.mesh.points[v], place) == (reason == DONE)
     assert (frozen(state) == before) == (reason != DONE)
 
@@ -72,7 +72,7 @@ def test_a_commit_books_the_drift_and_leaves_a_witness(state):
     star = star_at(references[0], v)
     state.mesh.points[star.tip, 0] += 0.25
     limits = OPEN._replace(drift=0.1, distance=0.5)
-    assert attempt(*references, limits, star, worst_score(references[0], star) * 0.1) == DONE
+    assert attempt(*references, limits, star, worst_score(references[0], star) * 0.1, INF) == DONE
     # A pyramid of the six facets round v, of area 1 / 2 each, and height 0.25.
     assert np.allclose(np.abs(state.guards.drift), 3 * 0.25 / 3)
     assert np.allclose(state.guards.drift.sum(), 0.0)
@@ -111,4 +111,4 @@ def test_an_edge_may_be_too_long_where_one_before_was_as_long(state, step, reaso
     references = by_reference(*state), by_reference(filled_grid(state.mesh))
     star = star_at(references[0], middle(state))
     state.mesh.points[star.tip, 1:] += step
-    assert refusal(*references, OPEN._replace(longest=1.0), star, 0.0) == reason
+    assert refusal(*references, OPEN._replace(longest=1.0), star, 0.0, INF) == reason

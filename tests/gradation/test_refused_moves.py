@@ -74,7 +74,7 @@ def test_vertices_move_where_there_is_room_and_a_guard_allows_it(
 def moved(references, limits, v, place) -> int:
     star = star_at(references[0], v)
     references[0].points[star.tip] = place
-    return attempt(*references, limits, star, -INF)
+    return attempt(*references, limits, star, -INF, 0.0)
 
 
 @pytest.mark.parametrize("classes, reason", [({}, DONE), ({"sides": (1, 1), "kind": CRACK}, DISTANCE)])

@@ -92,7 +92,7 @@ def test_a_vertex_beside_a_junction_line_makes_no_sharp_wedge():
         before = frozen(state)
         star = star_at(references[0], 4)
         state.mesh.points[star.tip, 2] = height
-        assert refusal(*references, GUARDED, star, 0.0) == reason
+        assert refusal(*references, GUARDED, star, 0.0, 0.0) == reason
         assert frozen(state) == before
 
 
@@ -103,20 +103,20 @@ def test_a_sharp_wedge_of_the_input_may_open_and_not_close():
         place = np.array([0.5, np.cos(turn), np.sin(turn)])
         star = star_at(references[0], 4)
         state.mesh.points[star.tip] = place
-        assert refusal(*references, GUARDED, star, 0.0) == reason
+        assert refusal(*references, GUARDED, star, 0.0, 0.0) == reason
 
 
 def test_a_vertex_folds_no_patch():
     state, references = prepared(fan(6))
     star = star_at(references[0], 0)
     state.mesh.points[star.tip] = [0.0, 0.0, 0.2]
-    assert refusal(*references, GUARDED, star, 0.0) == DONE
+    assert refusal(*references, GUARDED, star, 0.0, 0.0) == DONE
     # High over its rim's middle, every facet stands, and those across from each other face each other.
     state, references = prepared(sheet([[0, 1, 2], [1, 0, 3]], points=LEANING[:4]))
     star = star_at(references[0], 3)
     state.mesh.points[star.tip] = [0.5, 1, 0.1]
-    assert refusal(*references, GUARDED, star, 0.0) == WEDGE
-    assert refusal(*references, OPEN, star, 0.0) == DONE
+    assert refusal(*references, GUARDED, star, 0.0, 0.0) == WEDGE
+    assert refusal(*references, OPEN, star, 0.0, 0.0) == DONE
 
 
 def test_a_collapse_closes_no_wedge():

@@ -18,7 +18,7 @@ from craftmesh.gradation.kernels.cones import keep_volumes
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
-from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets, worst_score
+from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
@@ -27,6 +27,8 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 # drift decides.
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
+# Part of the target length under which edges inside a patch collapse onto an end if they can.
+SHORT = 0.5
 
 
 @lean_kernel
@@ -72,8 +74,7 @@ def collapse(state, grid, limits, a, b, halfway):
         return LINK
     if halfway:
         _put_halfway(state, star)
-    floor = min(limits.floor, worst_score(state, star) + limits.gain)
-    return attempt(state, grid, limits, star, floor)
+    return attempt(state, grid, limits, star, limits.floor, limits.gain)
 
 
 @lean_kernel
@@ -107,9 +108,15 @@ def collapse_edge(state, grid, limits, a, b):
 
 @lean_kernel
 def _collapse_somehow(state, grid, limits, a, b, ends):
-    """Collapse the edge halfway or onto an end that stays, whichever suits; return DONE or why not."""
+    """Collapse the edge halfway or onto an end that stays, whichever suits; return DONE or why not.
+
+    Onto an end fewer facets change. Edges inside a patch that are short go that way first.
+    """
     reason = DONE
-    if ends == EITHER and not (state.flags[a] & ON_CRACK):
+    halfway = ends == EITHER and not (state.flags[a] & ON_CRACK)
+    reach = SHORT * 0.5 * (state.size[a] + state.size[b])
+    late = halfway and state.rank[a] == 0 and squared_distance(state.points, a, b) < reach * reach
+    if halfway and not late:
         reason = collapse(state, grid, limits, a, b, np.bool_(True))
         if reason == DONE:
             return DONE
@@ -117,4 +124,6 @@ def _collapse_somehow(state, grid, limits, a, b, ends):
         reason = collapse(state, grid, limits, a, b, np.bool_(False))
     if ends == ONTO_B or (ends == EITHER and reason != DONE):
         reason = collapse(state, grid, limits, b, a, np.bool_(False))
+    if late and reason != DONE:
+        reason = collapse(state, grid, limits, a, b, np.bool_(True))
     return reason

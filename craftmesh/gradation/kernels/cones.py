@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import is_held
-from craftmesh.gradation.kernels.star import old_facet
+from craftmesh.gradation.kernels.star import old_facet, star_patch
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
@@ -53,11 +53,35 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
 
 
 @lean_kernel
+def _cones_of_patch(state, star, place, patch):
+    """Fill the rows of the grains at one patch as `grain_cones` does."""
+    x = y = z = volume = 0.0
+    for i in range(star.moved + star.dying):
+        u, v, w, more = _cone(state.points, state.facets, old_facet(state, star, i), place)
+        x, y, z, volume = x + u, y + v, z + w, volume + more
+    count = np.int64(0)
+    for k in range(2):
+        slot = state.patch_sides[patch, k]
+        if slot >= 0:
+            turn = 1.0 - 2.0 * k
+            state.near_slot[count] = slot
+            state.near_volume[count] = turn * volume
+            state.near_area[count, 0] = turn * x
+            state.near_area[count, 1] = turn * y
+            state.near_area[count, 2] = turn * z
+            count += 1
+    return count
+
+
+@lean_kernel
 def grain_cones(state, star, place):
     """Fill the grains' rows with the cones from `place` over the star's old facets; return how many."""
     points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
     slots, areas, volumes = state.near_slot, state.near_area, state.near_volume
     count = np.int64(0)
+    one = star_patch(state, star)
+    if one >= 0:
+        return _cones_of_patch(state, star, place, one)
     for i in range(star.moved + star.dying):
         f = old_facet(state, star, i)
         count = _add_cone(points, facets, patch[f], sides, slots, areas, volumes, f, place, count)

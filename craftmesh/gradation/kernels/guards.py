@@ -21,21 +21,21 @@ from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 
 
 @lean_kernel
-def attempt(state, grid, limits, star, floor):
+def attempt(state, grid, limits, star, floor, rise):
     """Make the star's change when every guard allows it; return DONE or why not."""
-    reason = refusal(state, grid, limits, star, floor)
+    reason = refusal(state, grid, limits, star, floor, rise)
     if reason == DONE:
         commit(state, grid, star)
     return reason
 
 
 @lean_kernel
-def refusal(state, grid, limits, star, floor):
-    """Return why the star may not change, or DONE; new facets must score `floor`.
+def refusal(state, grid, limits, star, floor, rise):
+    """Return why the star may not change, or DONE; new facets must score `floor`, or `rise` over old ones.
 
     Guards of volumes and of distances to the input are left out where their limits are infinite.
     """
-    reason = shape_refusal(state, star, floor, limits.cosine, limits.longest)
+    reason = shape_refusal(state, star, floor, rise, limits.cosine, limits.longest)
     if reason != DONE:
         return reason
     grains = np.int64(0)
@@ -173,6 +173,7 @@ def _take_out(state, f):
 def _give_corners(state, star, i):
     """Give the star's facet in row `i` its new corners, one other than before at most; let witnesses go."""
     facets, f, v = state.facets, state.star[i], star.vertex
+    state.changed[f] = True
     state.witness_first[f] = -1
     a, b, c = state.star_corners[i]
     # Added up, the corners that stay cancel out of the difference of new and old ones.

@@ -3,8 +3,8 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import LINK, NO_NEED
-from craftmesh.gradation.kernels.slide import EVEN, SLIDE_TRIES, slide_towards
-from craftmesh.gradation.kernels.star import star_at, worst_score
+from craftmesh.gradation.kernels.slide import EVEN, slide_towards
+from craftmesh.gradation.kernels.star import star_at
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
@@ -44,5 +44,4 @@ def relax_vertex(state, grid, limits, v):
         way2 += (goal[k] - state.points[v, k]) ** 2
     if way2 < (EVEN * state.size[v]) ** 2:
         return NO_NEED
-    floor = min(SOUND, worst_score(state, star))
-    return slide_towards(state, grid, limits, star, goal, SLIDE_TRIES, floor)
+    return slide_towards(state, grid, limits, star, goal, SOUND, 0.0)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
+from craftmesh.surface.kernels.facet_shape import squared_distance
 
 
 @lean_kernel
@@ -44,25 +45,52 @@ def is_feature(facets, patch, first, after, a, b):
 
 
 @kernel
-def list_edges(facets, patch, first, after, rank, vertex_count, facet_count, stamp, clock):
-    """Return all edges (e, 2), lower vertex first, and whether each is a feature (e,)."""
-    edges = np.empty((3 * facet_count, 2), np.int64)
-    feature = np.empty(3 * facet_count, np.bool_)
+def list_edges(state, least, most):
+    """Return the edges (e, 2), lower vertex first, that are `least` to `most` of their target long.
+
+    Also whether each is a feature (e,), and its length over its target (e,).
+    """
+    count = np.int64(1024)
+    room = np.int64(0)
+    while count > room:
+        room = count
+        edges = np.empty((room, 2), np.int64)
+        feature = np.empty(room, np.bool_)
+        ratio = np.empty(room)
+        count = _walk_edges(state, least, most, edges, feature, ratio)
+    return edges[:count], feature[:count], ratio[:count]
+
+
+@lean_kernel
+def _walk_edges(state, least, most, edges, feature, ratio):
+    """Set what `list_edges` returns as far as there is room; return how many edges there are."""
+    facets, first, after, rank, size, stamp = (
+        state.facets,
+        state.first,
+        state.after,
+        state.rank,
+        state.size,
+        state.stamp,
+    )
     count = 0
-    for v in range(vertex_count):
-        clock[0] += 1
+    for v in range(state.used[0]):
+        state.clock[0] += 1
         c = first[v]
         while c >= 0:
             f = c // 3
             for i in range(1, 3):
                 u = facets[f, (c + i) % 3]
-                if u > v and stamp[u] != clock[0]:
-                    stamp[u] = clock[0]
-                    edges[count, 0] = v
-                    edges[count, 1] = u
-                    feature[count] = (
-                        rank[v] > 0 and rank[u] > 0 and is_feature(facets, patch, first, after, v, u)
-                    )
+                if u > v and stamp[u] != state.clock[0]:
+                    stamp[u] = state.clock[0]
+                    times = np.sqrt(squared_distance(state.points, v, u)) / (0.5 * (size[v] + size[u]))
+                    if not least < times < most:
+                        continue
+                    if count < len(edges):
+                        edges[count, 0] = v
+                        edges[count, 1] = u
+                        ratio[count] = times
+                        lines = rank[v] > 0 and rank[u] > 0
+                        feature[count] = lines and is_feature(facets, state.patch, first, after, v, u)
                     count += 1
             c = after[c]
-    return edges[:count].copy(), feature[:count].copy()
+    return count

@@ -12,22 +12,26 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.gradation.kernels.star import old_facet
+from craftmesh.gradation.kernels.star import old_facet, star_patch
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
+from craftmesh.surface.kernels.hinges import SHARP_WEDGE
 
 # The patch of a star and its unit normal; patch -1 where the star is no sheet.
 Sheet = namedtuple("Sheet", "patch x y z")
-# What the facets of a cell have in common, if neither of these: their patch, times WAYS, and the way that
-# they face, one of the directions from a cube's middle to its corners, edges and sides.
-EMPTY, MIXED = -1, -2
-WAYS = 27
-# Least part of a normal along an axis that its way has too, squared: the way is then within 30 degrees.
-PART2 = 0.33**2
-# Squared cosines of the largest turns: of a cell's facets from their way (50 degrees), of this way from a
-# sheet (38), of old facets (88) and of new ones (78) from their sheet. Facets of a sheet thus enclose no
-# wedge under 12 degrees.
-OF_CELL, OF_SHEET, OLD, NEW = np.cos(np.radians([50.0, 38.0, 88.0, 78.0])) ** 2
+# What the facets of a cell have in common, if neither of these: their patch, times the number of ways, and
+# the way that they face.
+EMPTY, MIXED = range(-2, 0)
+# Ways (26, 3): unit vectors from the middle of a cube to its corners, edges and sides.
+WAYS = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)]) - 1.0
+WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
+# Degrees: largest turns of a cell's facets from their way, and of this way from a sheet, chosen by hand.
+OF_CELL, OF_SHEET = 50.0, 38.0
+# Squared cosines: of these turns; of the turns of old facets from their sheet; and of those of new ones, so
+# that no two facets of a sheet enclose a sharp wedge.
+CELL2, SHEET2, OLD2, NEW2 = (
+    np.cos(np.radians([OF_CELL, OF_SHEET, OF_CELL + OF_SHEET, 180 - SHARP_WEDGE - OF_CELL - OF_SHEET])) ** 2
+)
 
 
 @lean_kernel
@@ -51,38 +55,36 @@ def set_rows(state, star):
 
 
 @lean_kernel
-def _sign(x, least2):
-    """Return 1 or -1 where the square of `x` is over a bound, else 0."""
-    return 0 if x * x <= least2 else (1 if x > 0.0 else -1)
-
-
-@lean_kernel
-def _is_along(way, x, y, z, cosine2):
-    """Tell whether a vector is within an angle of a way."""
-    i = way // 9 - 1
-    j = way // 3 % 3 - 1
-    k = way % 3 - 1
-    along = i * x + j * y + k * z
-    return along > 0.0 and along * along >= cosine2 * (i * i + j * j + k * k) * (x * x + y * y + z * z)
+def _faces(x, y, z, u, v, w, cosine2):
+    """Tell whether a vector (u, v, w) is within an angle of the unit vector (x, y, z)."""
+    along = x * u + y * v + z * w
+    return along > 0.0 and along * along >= cosine2 * (u * u + v * v + w * w)
 
 
 @lean_kernel
 def join(common, patch, x, y, z):
     """Return what the facets of a cell have in `common` with one more of a patch and an area vector."""
     if common == EMPTY:
-        least2 = PART2 * (x * x + y * y + z * z)
-        return WAYS * patch + 9 * _sign(x, least2) + 3 * _sign(y, least2) + _sign(z, least2) + WAYS // 2
-    if common // WAYS == patch and _is_along(common % WAYS, x, y, z, OF_CELL):
-        return common
-    return np.int64(MIXED)
+        way = 0
+        for n in range(len(WAYS)):
+            along = x * (WAYS[n, 0] - WAYS[way, 0]) + y * (WAYS[n, 1] - WAYS[way, 1])
+            if along + z * (WAYS[n, 2] - WAYS[way, 2]) > 0.0:
+                way = n
+        return len(WAYS) * patch + way
+    if common == MIXED or common // len(WAYS) != patch:
+        return np.int64(MIXED)
+    way = common % len(WAYS)
+    alike = _faces(WAYS[way, 0], WAYS[way, 1], WAYS[way, 2], x, y, z, CELL2)
+    return np.int64(common if alike else MIXED)
 
 
 @lean_kernel
 def goes_on(common, sheet):
     """Tell whether all facets of a cell are of the sheet's patch and face its way."""
-    if sheet.patch < 0 or common // WAYS != sheet.patch:
+    if common < 0 or common // len(WAYS) != sheet.patch:
         return False
-    return _is_along(common % WAYS, sheet.x, sheet.y, sheet.z, OF_SHEET)
+    way = common % len(WAYS)
+    return _faces(sheet.x, sheet.y, sheet.z, WAYS[way, 0], WAYS[way, 1], WAYS[way, 2], SHEET2)
 
 
 @lean_kernel
@@ -94,12 +96,9 @@ def no_sheet():
 @lean_kernel
 def sheet_of(state, star):
     """Return the sheet that the star's old facets and its new ones (set_rows) lie in, if they do."""
-    patch = state.patch[state.star[0]]
-    if state.patch_sides[patch, 0] == state.patch_sides[patch, 1]:
+    patch = star_patch(state, star)
+    if patch < 0:
         return no_sheet()
-    for i in range(star.moved + star.dying):
-        if state.patch[old_facet(state, star, i)] != patch:
-            return no_sheet()
     x = y = z = 0.0
     for i in range(star.moved):
         u, v, w = state.star_normal[i]
@@ -109,9 +108,8 @@ def sheet_of(state, star):
         return no_sheet()
     sheet = Sheet(patch, x / size, y / size, z / size)
     for i in range(star.moved):
-        if not _faces(
-            sheet, state.star_normal[i, 0], state.star_normal[i, 1], state.star_normal[i, 2], NEW
-        ):
+        u, v, w = state.star_normal[i]
+        if not _faces(sheet.x, sheet.y, sheet.z, u, v, w, NEW2):
             return no_sheet()
     for i in range(star.moved + star.dying):
         if not _is_in(state, sheet, old_facet(state, star, i)):
@@ -120,18 +118,12 @@ def sheet_of(state, star):
 
 
 @lean_kernel
-def _faces(sheet, x, y, z, cosine2):
-    along = sheet.x * x + sheet.y * y + sheet.z * z
-    return along > 0.0 and along * along >= cosine2 * (x * x + y * y + z * z)
-
-
-@lean_kernel
 def _is_in(state, sheet, f):
     """Tell whether facet `f` is of the sheet's patch and faces its way."""
     if state.patch[f] != sheet.patch:
         return False
     x, y, z = area_vector(state.points, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
-    return _faces(sheet, x, y, z, OLD)
+    return _faces(sheet.x, sheet.y, sheet.z, x, y, z, OLD2)
 
 
 @lean_kernel

@@ -53,14 +53,17 @@ def put_between(state, star, goal, share):
 
 
 @lean_kernel
-def slide_towards(state, grid, limits, star, goal, tries, floor):
-    """Move the star's vertex to `goal` (3,), constrained, or half way and so on; return DONE or why not."""
+def slide_towards(state, grid, limits, star, goal, floor, rise):
+    """Move the star's vertex to `goal` (3,), constrained, or half way and so on; return DONE or why not.
+
+    floor, rise: of the angle scores, as `refusal` takes them.
+    """
     share = 1.0
     reason = NO_NEED
-    for _ in range(tries):
+    for _ in range(SLIDE_TRIES):
         put_between(state, star, goal, share)
         constrain(state, star)
-        reason = attempt(state, grid, limits, star, floor)
+        reason = attempt(state, grid, limits, star, floor, rise)
         if reason == DONE:
             break
         share *= 0.5
@@ -203,7 +206,7 @@ def slide_vertex(state, grid, limits, v, goal):
         score = _best_on_line(state, star, limits.cosine, old, best)
     if score <= old + LEAST_RISE:
         return NO_NEED
-    return slide_towards(state, grid, limits, star, best, SLIDE_TRIES, old + LEAST_RISE)
+    return slide_towards(state, grid, limits, star, best, old + LEAST_RISE, np.inf)
 
 
 @lean_kernel
@@ -231,7 +234,6 @@ def even_vertex(state, grid, limits, v):
     star = star_at(state, v)
     if star.moved < 0:
         return LINK
-    floor = min(limits.floor, worst_score(state, star))
     state.points[star.tip] = place
     constrain(state, star)
-    return attempt(state, grid, limits, star, floor)
+    return attempt(state, grid, limits, star, limits.floor, 0.0)

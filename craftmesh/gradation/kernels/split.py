@@ -104,6 +104,8 @@ def _divide(state, f, g, a, b, m):
         if facets[f, k] == b:
             replace_corner(state, f, k, m)
     state.alive[g] = True
+    state.changed[f] = True
+    state.changed[g] = True
     state.facet_stamp[g] = 0
     state.patch[g] = state.patch[f]
     state.reference[g] = state.reference[f]
@@ -170,7 +172,7 @@ def split(state, grid, limits, a, b, share):
     state.size[m] = 0.5 * state.size[a] + 0.5 * state.size[b]
     if moved:
         halves = Star(m, m, np.int64(-1), 2 * parents, np.int64(0), state.size[m])
-        reason = refusal(state, grid, limits, halves, -np.inf)
+        reason = refusal(state, grid, limits, halves, -np.inf, 0.0)
         if reason != DONE:
             return reason
         whole = Star(m, m, np.int64(-1), np.int64(0), parents, state.size[m])

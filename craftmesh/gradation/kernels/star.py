@@ -69,6 +69,16 @@ def old_facet(state, star, i):
 
 
 @lean_kernel
+def star_patch(state, star):
+    """Return the patch of the star's old facets; -1 where they are of several or both its sides are one."""
+    patch = state.patch[state.star[0]]
+    for i in range(star.moved + star.dying):
+        if state.patch[old_facet(state, star, i)] != patch:
+            return np.int64(-1)
+    return patch if state.patch_sides[patch, 0] != state.patch_sides[patch, 1] else np.int64(-1)
+
+
+@lean_kernel
 def worst_score(state, star):
     """Return the least angle score of the star's old facets."""
     points, facets = state.points, state.facets
@@ -80,23 +90,29 @@ def worst_score(state, star):
 
 
 @lean_kernel
-def shape_refusal(state, star, floor, cosine, longest):
+def shape_refusal(state, star, floor, rise, cosine, longest):
     """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
 
-    `floor` is the least angle score. An edge may be too long where the star had one as long: needles with
-    long edges, which are too poor to be split, could neither collapse nor slide otherwise.
+    The least angle score is `floor`, or `rise` over the old facets' where that is less. An edge may be too
+    long where the star had one as long: needles with long edges, which are too poor to be split, could
+    neither collapse nor slide otherwise.
     """
     points, size, reference = state.points, state.size, state.reference
     changed, corners, tip = state.star, state.star_corners, star.tip
     before = -1.0
+    least = np.inf
     for i in range(star.moved):
         p = corners[i, 0]
         q = corners[i, 1]
         r = corners[i, 2]
         if not keeps_normal(points, reference, changed[i], p, q, r, cosine):
             return NORMAL
-        if angle_score(points, p, q, r) < floor:
-            return ANGLE
+        score = angle_score(points, p, q, r)
+        if score < floor:
+            if least == np.inf:
+                least = worst_score(state, star) + rise
+            if score < least:
+                return ANGLE
         for k in range(3):
             u = corners[i, k]
             if u != tip:

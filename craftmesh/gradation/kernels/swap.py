@@ -101,7 +101,7 @@ def swap(state, grid, limits, quad):
     star = _star_of_swap(state, quad)
     if not _stays_near(state, limits, quad, star.size):
         return DISTANCE
-    return attempt(state, grid, limits, star, -np.inf)
+    return attempt(state, grid, limits, star, -np.inf, 0.0)
 
 
 @lean_kernel

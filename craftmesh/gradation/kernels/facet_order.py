@@ -1,0 +1,48 @@
+"""The order of facets by their points."""
+
+import numpy as np
+
+from craftmesh.jit import kernel
+
+
+@kernel
+def turned_to_least(facets, new):
+    """Return facets (m, 3) of the points' `new` ids, each turned so that its least point is the first."""
+    turned = np.empty_like(facets)
+    for f in range(len(facets)):
+        a, b, c = new[facets[f, 0]], new[facets[f, 1]], new[facets[f, 2]]
+        if b < a and b < c:
+            a, b, c = b, c, a
+        elif c < a and c < b:
+            a, b, c = c, a, b
+        turned[f, 0] = a
+        turned[f, 1] = b
+        turned[f, 2] = c
+    return turned
+
+
+@kernel
+def rows_by_points(facets, count):
+    """Return the rows (m,) of facets (m, 3) by their least, middle and largest points, of `count`.
+
+    The least point of each facet is its first one. Facets on the same points keep their order.
+    """
+    end = np.zeros(count + 1, np.int64)
+    for f in range(len(facets)):
+        end[facets[f, 0] + 1] += 1
+    end = np.cumsum(end)
+    rows = np.empty(len(facets), np.int64)
+    start = end.copy()
+    for f in range(len(facets)):
+        a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
+        place = end[a]
+        while place > start[a]:
+            other = rows[place - 1]
+            p, q = facets[other, 1], facets[other, 2]
+            if (min(p, q), max(p, q)) <= (min(b, c), max(b, c)):
+                break
+            rows[place] = other
+            place -= 1
+        rows[place] = f
+        end[a] += 1
+    return rows
