@@ -1,9 +1,9 @@
 """Growth of a crack by one increment.
 
-In come a crack and K along its fronts, out comes the crack with a strip of new surface at each front
-(`grow`). What each point does in a step is one record (`front_step`): direction, extension, rate, whether
-it is trusted, why it stays. `kink_angle` gives the direction and the driving force (`criterion_of`),
-`rates` and `extension` how far each point goes and in how many load cycles, `steps` and `relaxation` how
-far K lets it over a whole step. `moves` smooths that along the front, `new_front` lays the strip, and
-`correct` lays the last one again with what was found at its end. `options` has the user's numbers.
+K along the fronts of a crack sets its growth; `grow` returns the crack with a strip of new surface at each
+front. One record (`front_step`) holds each front point's direction, extension, rate, trust and reason to
+stay. `kink_angle` gives direction and driving force (`criterion_of`), `rates` da/dN, `extension` the
+extensions and load cycles. `steps` gives the step's length, `relaxation` the effect of the front's changing
+shape on K. `moves` smooths the moves along the front, and `new_front` lays the strip. `correct` lays the
+last strip again with the kinks and rates found at its end. `options` has the user's values.
 """

@@ -1,4 +1,4 @@
-"""The last strip of a grown crack laid again, by the kinks and the rates found at its end."""
+"""Lay the last strip of a grown crack again, by the kinks and rates found at its end."""
 
 from dataclasses import replace
 
@@ -15,24 +15,25 @@ from craftmesh.growth.relaxation import over_step_again, rows_along
 from craftmesh.growth.trust import or_all
 from craftmesh.types import Crack
 
-# Of the kink at a step's end by which the step itself is turned: the chord of a path that turns evenly
-# makes equal angles with it at both ends, and the step began along it.
+# Fraction of the kink at a step's end by which the step itself is turned. The step started along the path's
+# tangent; the chord of an evenly turning path makes equal angles with its tangents at both ends.
 SHARE = 0.5
-# Of that kink: what is left of it where the step has been turned. A half if the direction at the tip were
-# all that counts (Cotterell & Rice 1980), nothing if the crack turned as a whole; corrected cracks of an
-# inclined penny, meshed and solved for themselves, had 0.25 after the first step and 0.09 after the third.
-# With a half the next strip goes too far: it kinks back by 11 degrees where with a quarter it is 4.
+# Fraction of that kink that remains after the step is turned. It would be 0.5 if only the tip's direction
+# counted (Cotterell & Rice 1980), and 0 if the crack turned as a whole. Corrected cracks of an inclined
+# penny, meshed and solved again, had 0.25 after the first step and 0.09 after the third. With 0.5 the next
+# strip turns too far: it kinks back by 11 degrees, with 0.25 by 4.
 LEFT = 0.25
-NEAREST = 2  # trusted points of a front between which a kink is taken
+NEAREST = 2  # nearest trusted points from which a kink is interpolated
 
 
 def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOptions) -> Step:
-    """Return the step `reached` by `last` from where it had begun if that one were a path's chord.
+    """Return the step `reached` as it would start if the step `last` before it were the chord of the path.
 
-    The strip of `last` is laid again in the box (2, 3), turned at each point by SHARE of the kink found
-    where that point came to, and as long as the rate there says. The points of the new front lie beside
-    those of `reached` and kink by LEFT of what those do. Raises CraftmeshError as grow does, and where the
-    crack has other sheets or fronts then, or a front farther off than it goes.
+    The strip of `last` is laid again in the box (2, 3). Each point's move is turned by SHARE of the kink
+    found where the point arrived, and its length follows the rate found there. The new front's points are
+    the nearest to the points of `reached`, with LEFT times their kinks. Raise CraftmeshError as `grow`, if
+    the number of surfaces or fronts changes, or if the new front is farther away than the largest
+    extension.
     """
     before, after = last.along, reached.along
     found = np.column_stack([after.kink_angle, after.rate])
@@ -45,7 +46,7 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     crack = grow(last.crack, laid, box, options)
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
     if crack is None or parts[0] != parts[1] or len(crack.fronts) != len(reached.crack.fronts):
-        raise CraftmeshError("its sheets and fronts would be others; expected those of the crack as it is")
+        raise CraftmeshError("its number of sheets and fronts would change; expected the same")
     kink = _found_at(after, after.points, after.kink_angle[:, None])
     sine, cosine = np.sin(SHARE * kink), np.cos(SHARE * kink)
     turned = replace(
@@ -59,7 +60,7 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
 
 
 def _found_at(along: FrontStep, places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values (k, m) of trusted rows, of all where none is, next to places (k, 3)."""
+    """Return values (k, m) at places (k, 3), interpolated from the NEAREST trusted rows; all if none is."""
 
     rows = or_all(along.trusted, np.ones(len(values), bool))
     points, values = along.points[rows], values[rows]
@@ -70,14 +71,14 @@ def _found_at(along: FrontStep, places: np.ndarray, values: np.ndarray) -> np.nd
 
 
 def _onto_fronts(crack: Crack, along: FrontStep) -> np.ndarray:
-    """Return the points (n, 3) of the crack's fronts next to the rows' points."""
+    """Return the points (n, 3) of the crack's fronts nearest to the rows' points."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, along.points)
     far, step = int(np.argmax(off)), along.extension.max()
     if off[far] > step:
         raise CraftmeshError(
-            f"its front would lie {off[far]:.4g} off, at row {far + 1}; expected less than the "
-            f"step of {step:.4g}"
+            f"its front would lie {off[far]:.4g} off at row {far + 1}, farther than the largest "
+            f"extension {step:.4g}"
         )
     places = np.empty_like(along.points)
     for number, line in enumerate(lines):

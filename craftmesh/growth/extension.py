@@ -1,4 +1,4 @@
-"""Which way and how far each point of a front goes, which stay and why, and the load cycles it takes."""
+"""Kink angle and extension of each front point, reasons to stay, and the load cycles of the step."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,22 +15,22 @@ from craftmesh.growth.trust import sources
 
 CLOSED, ARRESTED, NOISE = "closed", "arrested", "noise"
 STAYS = {
-    CLOSED: "K_I is not over 0",
-    ARRESTED: "Delta K is not over grow.threshold",
-    NOISE: "K is not over its own doubt",
+    CLOSED: "K_I is not above its estimated error",
+    ARRESTED: "Delta K is not above grow.threshold",
+    NOISE: "the driving force is not above the estimated error of K",
 }
-# Of sigma root(pi a): K under that says nothing. With five edges to the radius exact K are off by up to
-# 0.43 % of it (the lens and the crystal of docs/fracture.md), and K_II of a penny under compression, which
-# is 0, by 0.54 %.
+# Fraction of sigma sqrt(pi a) below which K counts as noise. With five edges per radius, K differs from the
+# exact value by up to 0.43 % of it (the lens and the crystal of docs/fracture.md). K_II of a penny under
+# compression is exactly 0, and comes out as 0.54 %.
 NOISE_SHARE = 0.01
 
 
 class Evidence(NamedTuple):
-    """How far K of front points says something: what a driving force is held against.
+    """Reliability of K at front points; `reasons` compares driving forces with it.
 
-    points (n, 3); doubt (n,): of K, in its unit. trusted (n,) bool: points that are not take K of the
-    trusted ones next to them on their front (n,), see `growth.trust`. contact: whether the field is one in
-    which lips do not overlap, so that K_II of closed lips is true.
+    doubt (n,): estimated error of K, in its unit. trusted (n,): False at points that take K of the nearest
+    trusted point on their front, see `growth.trust`. contact: True if the solution keeps crack faces from
+    overlapping, so that K_II of closed faces is valid. front (n,): number of each point's front.
     """
 
     points: np.ndarray
@@ -41,9 +41,9 @@ class Evidence(NamedTuple):
 
 
 def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
-    """Return the doubt (n,) of K: its own `error` (n,), or what the mesh alone makes.
+    """Return the doubt (n,) of K: the larger of its estimated `error` (n,) and the error from the mesh.
 
-    That is NOISE_SHARE of what the body's mean `stress` would give a crack of that radius.
+    The error from the mesh is NOISE_SHARE times K of a crack of size `radius` under the mean `stress`.
     """
     return np.maximum(error, NOISE_SHARE * stress * np.sqrt(np.pi * radius))
 
@@ -56,10 +56,10 @@ def reasons(
     doubt: np.ndarray,
     contact: bool = False,
 ) -> np.ndarray:
-    """Return why each point stays, a word of STAYS, or "" where it goes on: (n,) texts.
+    """Return the reasons (n,) why points stay, keys of STAYS; "" at points that extend.
 
-    k (n, 3); driving (n,): the intensity that drives a point; span (n,): its Delta K over a cycle, which
-    has to be over the threshold; doubt (n,): of K. contact: see Evidence.
+    k (n, 3): K_I, K_II, K_III; driving (n,): driving force, in the unit of K; span (n,): effective Delta K
+    of a cycle, which must exceed the threshold; doubt (n,): error of K; contact: see Evidence.
     """
     words = np.full(len(k), "", object)
     words[span <= threshold] = ARRESTED
@@ -71,7 +71,11 @@ def reasons(
 
 
 class CrackFronts(NamedTuple):
-    """The fronts of a crack: its size, the rows of each, the edges of their mesh, and the error of K."""
+    """The fronts of a crack.
+
+    size: crack size; rows: the rows of each front; edge: edge length of the fronts; error: median error of
+    K.
+    """
 
     size: float
     rows: Sequence[FrontRows] = ()
@@ -90,16 +94,16 @@ def kinks_and_extensions(
     least: np.ndarray | None = None,
     ways: np.ndarray | None = None,
 ) -> tuple[FrontStep, Counted]:
-    """Return the step of the points of a crack's fronts from their K, and the load cycles that it takes.
+    """Return the step of a crack's front points from their K, and the load cycles of the step.
 
-    The step lacks the frames of the points (normal, binormal are NaN); `dataclasses.replace` sets them.
-    `criterion_of` gives the kink angle and the driving force, `reasons` the points that stay. A point that
-    is not trusted takes the K of the nearest trusted point. Where K gives no direction the kink angle is 0.
-    Without `known`, K counts as exact.
+    `criterion_of` gives kink angles and driving forces, `reasons` the points that stay. A point that is not
+    trusted takes K of the nearest trusted point. The kink angle is 0 at points that stay as CLOSED or
+    NOISE. Normals and binormals are NaN in the step; `dataclasses.replace` sets them.
 
-    k (n, 3): K_I, K_II, K_III; last: the front before; laws: by point, by default the options' own;
-    stiffness (n, 6, 6) and ways (n,): as in `criterion_of`; least (n, 3): K at the other end of the cycle,
-    in place of the options' stress ratio. Raises CraftmeshError as `criterion_of` and its functions do.
+    k (n, 3): K_I, K_II, K_III; known: reliability of K, exact if None; last: the previous front; laws: rate
+    laws by point, those of the options if None; stiffness (n, 6, 6), ways (n,): as in `criterion_of`; least
+    (n, 3): K at the other end of the cycle, in place of the options' stress ratio. Raise CraftmeshError as
+    `criterion_of` and its functions do.
     """
     count = len(k)
     known = known or Evidence(np.zeros((count, 3)), np.zeros(count), np.ones(count, bool))
@@ -138,7 +142,7 @@ def kinks_and_extensions(
 
 
 def has_way(stays: np.ndarray) -> np.ndarray:
-    """Return a mask of points whose K says which way they would go, by the words (n,) why they stay."""
+    """Return a mask (n,) of points whose K gives a direction, from their reasons (n,) to stay."""
     return ~np.isin(stays, (CLOSED, NOISE))
 
 
@@ -151,9 +155,11 @@ def _rates(
     laws: LocalRates,
     last: Counted | None,
 ) -> tuple[np.ndarray, float, Counted]:
-    """Return rates (n,) over their median, their power of K, and the step with its cycles.
+    """Return relative rates (n,), their exponent d ln(rate) / d ln(K), and the step with its load cycles.
 
-    span (n,): Delta K; rate (n,): da/dN, 0 of points that stay; error: of Delta K.
+    The relative rate is da/dN over its median, within the options' limits; with law uniform it is 1, and
+    the exponent 0. It is 0 at points that stay. span (n,): effective Delta K; rate (n,): da/dN, 0 at points
+    that stay; error: error of Delta K, in its unit.
     """
     goes = rate > 0
     if not goes.any():
@@ -176,10 +182,12 @@ def _rates(
 def _cycle_peak(
     criterion: Criterion, angle: np.ndarray, driving: np.ndarray, k: np.ndarray, other: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return kink angle, driving force, R (n,) and K (n, 3) at the end of a cycle that drives each point.
+    """Return kink angle, driving force, R (n,) and K (n, 3) at each point's peak of the cycle.
 
-    That is the end with the larger driving force, which sets the kink angle. R is the force of the other
-    end in that direction divided by it. K_I < 0 of the other, as without contact, counts in R as it is.
+    The peak is the cycle end with the larger driving force; it sets the kink angle. R is the other end's
+    driving force in that direction divided by the peak's. A negative K_I of the other end, as from a
+    solution without contact, is not set to 0. angle, driving, k: at one end; other (n, 3): K at the other
+    end.
     """
     angle_there = criterion.angles(other)
     there = criterion.driving(opened(other), angle_there)

@@ -1,4 +1,4 @@
-"""Which way and how far the fronts of a solved crack go: the columns of sif.csv that `grow_crack` takes."""
+"""Kink angles and extensions of a solved crack's fronts: the columns of sif.csv that `grow_crack` takes."""
 
 from collections.abc import Mapping
 
@@ -37,12 +37,12 @@ def front_extensions(
     last: Counted | None = None,
     slip: SlipField | None = None,
 ) -> tuple[dict[str, np.ndarray], dict]:
-    """Return the columns of sif.csv of a crack that goes on, and a report with its load cycles.
+    """Return the columns of sif.csv, with kink angles and extensions, and a report with the load cycles.
 
-    found: what is known along its fronts by load, as `stress_intensities` returns it for `solutions`; none
-    where the mesh has no front. Those of options.cycle count, else the first. last: the front before, as
-    `counted_front` reads it from a report; slip: what options.slip_table holds. Raises CraftmeshError for a
-    cycle of other loads, and for crystals whose orientation the criterion needs.
+    found: parameters along the fronts by load case, as `stress_intensities` returns them for `solutions`;
+    empty if the mesh has no front. The load cases of options.cycle count, by default the first. last: the
+    previous front, as `counted_front` reads it from a report; slip: the content of options.slip_table.
+    Raise CraftmeshError if the cycle names unknown load cases, or the criterion lacks orientations or slip.
     """
     check_cycle(options.cycle, list(model.by_load()))
     size = crack_size(crack, model.mesh.box)
@@ -86,20 +86,20 @@ def front_extensions(
 
 
 def counted_front(report: Mapping[str, float | None]) -> Counted | None:
-    """Return the front of a report of `front_extensions`; None where it did not go on.
+    """Return the front in a report of `front_extensions`; None if the front did not extend.
 
-    Raises CraftmeshError for another report.
+    Raise CraftmeshError for any other report.
     """
     if not set(Counted._fields) <= report.keys():
         raise CraftmeshError(
-            "no growth to count on from; expected the --json of `craftmesh fracture --crack`"
+            "no growth to count on from in this report; give the --json of `craftmesh fracture --crack`"
         )
     last = Counted(*(report[key] or 0.0 for key in Counted._fields))
     return last if last.rate > 0 else None
 
 
 def _cycles(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
-    """Return a front's cycles as `counted_front` reads them; null without a law that gives them."""
+    """Return a front's report entries for `counted_front`; cycles are None unless da/dN is known."""
     known = options.has_rates
     return {key: value if known or key not in CYCLES else None for key, value in count._asdict().items()}
 
@@ -107,7 +107,7 @@ def _cycles(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
 def _slip_angles(
     model: ElasticModel, frames: FrontFrames, options: GrowthOptions, slip: SlipField | None
 ) -> np.ndarray:
-    """Return the kink angles (n,) of the front nodes along the planes that slip most."""
+    """Return the kink angles (n,) of the front nodes along the most active slip planes."""
     unknown = sorted(set(frames.grain.tolist()) - set(model.axes))
     if unknown:
         raise CraftmeshError(
@@ -116,7 +116,7 @@ def _slip_angles(
         )
     if slip is None:
         raise CraftmeshError(
-            f"slip_table is {options.slip_table!r}, which commands read; give the slip that it holds"
+            f"slip_table is {options.slip_table!r}, but only commands read it; pass its content as `slip`"
         )
     turns = np.array([model.own_axes(grain) for grain in frames.grain.tolist()])
     return slip_ways(frames, turns, slip, options.ring)
@@ -125,11 +125,11 @@ def _slip_angles(
 def _columns(
     growth: FrontStep, counted: Mapping[str, float | None], by_pair: bool
 ) -> dict[str, np.ndarray]:
-    """Return the columns of sif.csv that say how a front goes on; kink angles in degrees.
+    """Return the columns of sif.csv that describe the growth; kink angles in degrees.
 
-    Load cycles to the front and their doubt stand in every row, where a law gives them; so do da/dN and the
-    cycles in which each node goes its extension at that rate, NaN where it stays. Delta K and R stand where
-    they are those of two loads.
+    If da/dN is known, every row has the load cycles to this front and their doubt, da/dN, and the cycles
+    for the node's extension at that rate, NaN at nodes that stay. Delta K and R are included if `by_pair`:
+    if two load cases form the cycle.
     """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}

@@ -1,4 +1,4 @@
-"""What each point of a crack's fronts does in one step: the record that growth finds, lays and writes."""
+"""The record of one growth step at each point of a crack's fronts."""
 
 from dataclasses import dataclass, fields
 from typing import NamedTuple
@@ -10,14 +10,14 @@ from craftmesh.types import Crack
 
 @dataclass(frozen=True, eq=False)
 class FrontStep:
-    """A row (n,) for each point of a crack's fronts, in any order.
+    """One row (n,) for each point of a crack's fronts, in any order.
 
-    points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
-    it and to the front. kink_angle: radians from the binormal towards the normal. extension: 0 of points
-    that stay, and stays, a word of `extension.STAYS`, says why. trusted (bool): whether the point's
-    direction counts; other points go as the trusted ones beside them. rate: da/dN over its median, with
-    which the extensions go; power: its d ln(rate) / d ln(K). da_dn: by the laws, 0 where a point stays;
-    delta_k: what it goes with; ratio: R of the cycle; driving: the driving force at the largest load.
+    normal (n, 3): unit normal of the crack plane; binormal (n, 3): direction ahead of the crack,
+    perpendicular to normal and front. kink_angle: radians from binormal towards normal. extension: length,
+    0 at points that stay. stays: the reason, a key of `extension.STAYS`, or "". trusted (bool): False at
+    points that take their move from trusted neighbours. rate: relative da/dN, from which the extensions
+    come; power: its d ln(rate) / d ln(K). da_dn: da/dN by the laws, 0 at points that stay; delta_k:
+    effective Delta K in these laws; ratio: stress ratio R; driving: driving force at the largest load.
     """
 
     points: np.ndarray
@@ -36,9 +36,9 @@ class FrontStep:
 
     @classmethod
     def of(cls, *first: np.ndarray, **known: np.ndarray) -> "FrontStep":
-        """Return the record of its first fields and known others.
+        """Return a record from its `first` fields, in order, and `known` fields by name.
 
-        The rest: all points are trusted and go at one rate, and what has no such value is NaN.
+        Default of the other fields: trusted True, stays "", rate 1, power 0, all else NaN.
         """
         usual = {"trusted": True, "stays": "", "rate": 1.0, "power": 0.0}
         names, count = [field.name for field in fields(cls)], len(first[0])
@@ -47,17 +47,17 @@ class FrontStep:
 
     @property
     def moves(self) -> np.ndarray:
-        """(n, 3) where each point goes, not made smooth."""
+        """Displacement (n, 3) of each point, before smoothing."""
         along, across = np.cos(self.kink_angle), np.sin(self.kink_angle)
         return self.extension[:, None] * (along[:, None] * self.binormal + across[:, None] * self.normal)
 
     def rows(self, chosen: np.ndarray) -> "FrontStep":
-        """Return the chosen rows, in their order."""
+        """Return the rows that `chosen`, a mask or row ids, selects."""
         return FrontStep(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 class Step(NamedTuple):
-    """A crack and where the points of its fronts go: what a strip is laid from."""
+    """A crack and the moves of its front points, from which a strip is laid."""
 
     crack: Crack
     along: FrontStep

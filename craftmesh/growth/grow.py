@@ -1,4 +1,4 @@
-"""Growth of a crack by one increment: every front moved, and the strip of new surface up to it."""
+"""Growth of a crack by one increment: move every front, and join old and new front by a strip."""
 
 from collections.abc import Sequence
 
@@ -17,31 +17,31 @@ from craftmesh.growth.new_front import new_front, strip_triangles, with_front_po
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.types import Crack
 
-# Points of the new front to a spacing of the rows: its chords are then within 0.001 spacings of a front of
-# radius ten, and the next mesh's tangents follow the curve, not the chords; and places to a row between
-# which a front's values are straight: they lose under 0.1 % of a wave of ten rows.
+# Points of the new front per row spacing: chords of a front of radius ten spacings are then within 0.001
+# spacings of it, and the next mesh's tangents follow the curve. Also samples per row in `relaxation`:
+# linear interpolation between them loses under 0.1 % of a wave of ten rows.
 FINENESS = 4
-MET = 0.5  # of the rows' spacing: fronts of two sheets that come nearer than that have met
-# Spacings from there within which rows do not count: the front turns into the other sheet's at a corner,
-# and its directions there belong to neither.
+MET = 0.5  # row spacings within which fronts of two surfaces have met
+# Row spacings around such a meeting in which rows are ignored: one front turns into the other at a corner,
+# and directions there belong to neither.
 CORNER = 3.0
-# Of an edge: sheets this near each other, one over the other, become one. Parallel ones 0.1 l_min apart
-# left flat tetrahedra and facets 0.1 l_min off, 0.3 l_min apart none.
+# Distance, in edges, within which two surfaces one above the other become one. Parallel surfaces 0.1 l_min
+# apart left slivers and facets 0.1 l_min off; surfaces 0.3 l_min apart left none.
 MERGED = 0.3
-# Times the usual spacing of the fit's knots, one after the other, until the grown surface is a crack.
+# Factors on the fit's smoothing length, tried in turn until the grown surface is a valid crack.
 COARSER = (1, 2, 4, 8)
-LEAST_ROWS = 3  # of a sheet or a front among several: fewer give no spacing, and it is about to vanish
+LEAST_ROWS = 3  # fewest rows of a surface or front that grows; fewer give no spacing, and it soon vanishes
 
 
 def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack | None:
-    """Return the crack with its fronts moved, None where none of them is left in the box (2, 3).
+    """Return the crack with its fronts moved; None if no front is left inside the box (2, 3).
 
-    The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
-    and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of
-    the crack, and where the grown surface is no crack (folded, torn). Of a crack of several sheets each
-    grows by the rows of its own fronts. Sheets that come to lie over each other almost in one surface
-    become one sheet. Where they lie in one surface exactly they stay two: what of a front lies in the other
-    has no rows, it goes on as the rest of it does, and a front without any stays.
+    The moves are smoothed along each front (the paper, section 2). Front ends that lie on the box move to
+    it or beyond. A strip joins old and new front. In a crack of several surfaces each grows by the rows of
+    its own fronts, and stays if it has too few. Surfaces that almost coincide become one. Surfaces that
+    coincide exactly stay two: the part of a front inside the other surface has no rows, and moves like the
+    rest. Raise CraftmeshError for rows that lie on no front, and if the grown surface is no crack (folded,
+    torn).
     """
     parts = sheets(crack)
     if len(parts) == 1:
@@ -64,7 +64,7 @@ def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOpti
 
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
-    """Tell which places (n, 3) are farther than CORNER spacings from where fronts of two parts meet."""
+    """Return a mask (n,) of places (n, 3) farther than CORNER spacings from meetings of parts' fronts."""
 
     spacing = row_spacing(places)
     lines = [[polyline(part.points[front]) for front in part.fronts] for part in parts]
@@ -80,9 +80,9 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
 
 
 def _grown(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack:
-    """Return one sheet with its fronts moved; without fronts where none of them is left in the box.
+    """Return one surface with its fronts moved; it has no fronts if none is left inside the box.
 
-    Where the strip folds, its moves are made smoother (COARSER) until it does not.
+    If the result is no valid crack, the moves are smoothed more (COARSER), up to the last factor.
     """
     box = np.asarray(box, float)
     rows = _rows_by_front(crack, along.points)
@@ -107,9 +107,10 @@ def _with_strips(
     options: SmoothingOptions,
     coarser: float,
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Return points, triangles and new fronts (k, 3) of a sheet with a strip before each front.
+    """Return points, triangles and new fronts (k, 3) of a surface with a strip ahead of each front.
 
-    Where rows stay so does the front, and there is no strip.
+    Where rows stay, the front stays and there is no strip. rows: ids and arc lengths of each front's rows;
+    coarser: factor on the smoothing length.
     """
     spacing = row_spacing(along.points) / FINENESS
     frame = best_fit_frame(crack.points, crack.triangles)
@@ -139,27 +140,30 @@ def _with_strips(
 
 
 def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return for each front the rows whose places (n, 3) lie on it, in order, and their arc lengths."""
+    """Return for each front the ids of the rows at places (n, 3) on it, and their ascending arc lengths."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, places)
     spacing = row_spacing(places)
     if (off > spacing).any():
         worst = int(off.argmax())
         raise CraftmeshError(
-            f"row {worst + 1} of the front lies {off[worst]:.4g} off the crack's fronts; expected under "
-            f"{spacing:.4g}: give the crack that this front was meshed from"
+            f"row {worst + 1} of the front lies {off[worst]:.4g} off the crack's fronts, and at most "
+            f"{spacing:.4g} is allowed; give the crack from which this front was meshed"
         )
     result = in_order(nearest, arc, len(lines))
     for number, (row, _) in enumerate(result, 1):
         if not len(row):
             raise CraftmeshError(
-                f"front {number} of the crack has no row of stress intensities; expected some on each"
+                f"front {number} of the crack has no row of stress intensities; give rows on each front"
             )
     return result
 
 
 def in_order(nearest: np.ndarray, arc: np.ndarray, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the rows (k,) nearest to each of `count` fronts, in order of their arc lengths, and these."""
+    """Return for each of `count` fronts the ids (k,) of its rows, sorted by arc length, and these lengths.
+
+    nearest, arc (n,): each row's nearest front and arc length on it.
+    """
     rows = [np.flatnonzero(nearest == number) for number in range(count)]
     rows = [row[np.argsort(arc[row], kind="stable")] for row in rows]
     return [(row, arc[row]) for row in rows]
@@ -168,7 +172,7 @@ def in_order(nearest: np.ndarray, arc: np.ndarray, count: int) -> list[tuple[np.
 def nearest_feet(
     lines: Sequence[Polyline], places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return which of the fronts is nearest to places (n, 3), and arc length and distance (n,) on it."""
+    """Return index (n,) of the front nearest to places (n, 3), arc length on it, distance from it (n,)."""
     arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
     nearest = distances.argmin(axis=0)
     row = np.arange(len(places))
@@ -176,10 +180,10 @@ def nearest_feet(
 
 
 def row_spacing(places: np.ndarray) -> float:
-    """Return the median distance of successive places (n, 3) of fronts: an edge of the mesh."""
+    """Return the median distance of successive places (n, 3) of fronts, an edge length of the mesh."""
     return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1)))
 
 
 def _meets(front: np.ndarray, box: np.ndarray) -> bool:
-    """Tell whether some point of the front (k, 3) lies within the box."""
+    """Return True if a point of the front (k, 3) lies inside the box."""
     return bool(((front > box[0]) & (front < box[1])).all(axis=1).any())

@@ -1,4 +1,4 @@
-"""A crack after one increment: where its fronts go by the columns of sif.csv, and why it stops."""
+"""Grow a crack by one increment by the columns of sif.csv, and find out why it stops."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -22,9 +22,10 @@ STANDS = "no point of the front extends"
 
 
 class Grown(NamedTuple):
-    """crack: after the increment, the given one where it stops; step: what its strip was laid from.
+    """The result of one increment.
 
-    ended: why it stops, "" where it goes on; warnings: a line for each doubt about the step.
+    crack: the grown crack, or the given one if growth ends; step: the step from which its strip was laid;
+    ended: the reason why growth ends, or ""; warnings: one line each.
     """
 
     crack: Crack
@@ -45,9 +46,9 @@ def grow_crack(
     """Return the crack grown by one increment in a body, and a report.
 
     ways: the columns of sif.csv, as `front_extensions` returns them; frames: the columns of front.csv, as
-    `front_frames(mesh).columns()` has them. last: the step before, laid again by the kinks found at its end
-    where that can be. Only a body of voxels can be severed. Raises CraftmeshError for columns of different
-    meshes, and as `grow`.
+    `front_frames(mesh).columns()` returns them. last: the previous step; its strip is laid again by the
+    kinks found at its end, if that is possible. Severing is detected only in a body of voxels. Raise
+    CraftmeshError for missing columns, for columns of different meshes, and as `grow`.
     """
     step = _step_of(crack, ways, frames)
     along, box, warnings = step.along, body.box, _short_step(step.along)
@@ -59,7 +60,7 @@ def grow_crack(
         except CraftmeshError as error:
             if last is None:
                 raise
-            warnings += [f"its last strip stays as it is, not turned by the kinks at its end: {error}"]
+            warnings += [f"its last strip stays uncorrected for the kinks at its end: {error}"]
             grown = grow(crack, along, box, options)
     words = list(ways.get("stays", ()))
     stays = {word: words.count(word) for word in STAYS if word in words}
@@ -86,7 +87,7 @@ def grow_crack(
 
 
 def step_columns(step: Step) -> dict[str, np.ndarray]:
-    """Return the columns of step.csv, from which `last_step` makes the step again."""
+    """Return the columns of step.csv, from which `last_step` restores the step; kink angles in degrees."""
     along = step.along
     columns = {"points": along.points, "normal": along.normal, "binormal": along.binormal}
     columns |= {"kink_angle": np.degrees(along.kink_angle), "extension": along.extension}
@@ -95,14 +96,14 @@ def step_columns(step: Step) -> dict[str, np.ndarray]:
 
 
 def last_step(crack: Crack, columns: Mapping[str, np.ndarray]) -> Step:
-    """Return the step of a crack from the columns of step.csv."""
+    """Return the step of a crack, restored from the columns of step.csv."""
     return _step(crack, columns, columns, trusted=np.asarray(columns["trusted"]) > 0)
 
 
 def _step_of(crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, np.ndarray]) -> Step:
-    """Return where the points of a front go, by the nodes that sif.csv and front.csv both name.
+    """Return the step of a crack from the columns of sif.csv (`ways`) and front.csv (`frames`).
 
-    Those are trusted that steer by their flags (`trusted`), but for those that stay as K says nothing.
+    A node is trusted if it steers by its flags (`trust.trusted`) and its K gives a direction (`has_way`).
     """
     missing = {"node", "kink_angle", "extension"} - ways.keys()
     missing |= {"node", "points", "normal", "binormal"} - frames.keys()
@@ -111,7 +112,7 @@ def _step_of(crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, 
             f"no column {min(missing)}; give the columns of front_extensions and of front_frames"
         )
     if not np.array_equal(ways["node"], frames["node"]):
-        raise CraftmeshError("sif.csv and front.csv name different nodes; give both of one mesh")
+        raise CraftmeshError("sif.csv and front.csv name different nodes; give both files of one mesh")
     none = np.full(len(frames["node"]), "", object)
     places = {"front", "s"} <= ways.keys() and len(none)
     front, s = (ways["front"], ways["s"]) if places else (None, None)
@@ -126,7 +127,10 @@ def _step(
     frames: Mapping[str, np.ndarray],
     **known: np.ndarray,
 ) -> Step:
-    """Return the step of columns and known fields of FrontStep; one rate for all without a column of it."""
+    """Return the step from columns (kink angles in degrees) and `known` fields of FrontStep.
+
+    All points have one rate unless there are columns rate and power.
+    """
     if {"rate", "power"} <= ways.keys():
         known |= {name: ways[name] for name in ("rate", "power")}
     places = (frames[name] for name in ("points", "normal", "binormal"))
@@ -135,7 +139,7 @@ def _step(
 
 
 def _short_step(along: FrontStep) -> list[str]:
-    """Return a warning where points go on by less than the front's edges, in the median."""
+    """Return a warning if the median extension is shorter than the front's median edge, else no line."""
     goes = along.extension > 0
     if not goes.any():
         return []
@@ -143,19 +147,19 @@ def _short_step(along: FrontStep) -> list[str]:
     if step >= edge:
         return []
     return [
-        f"the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next mesh cannot tell "
-        "how it kinked: give a longer step (grow.extension, grow.change) or shorter edges (sizing.l_min)"
+        f"the front extends by {step:.4g}, less than its edge length {edge:.4g}; the next mesh cannot "
+        "resolve the kink: give a longer step (grow.extension, grow.change) or shorter edges (sizing.l_min)"
     ]
 
 
 def _severed(body: Voxels | Surface, crack: Crack) -> str:
-    """Return in words which piece of a body of voxels the crack cuts off, "" where it holds together."""
-    # of a body given by its surface the solver finds what is not held
+    """Return a sentence on the piece that the crack cuts off a body of voxels, else ""."""
+    # A body given by its surface is not checked here: the solver finds severed pieces.
     piece = piece_cut_off(body, crack) if isinstance(body, Voxels) else None
     if piece is None:
         return ""
     place = ", ".join(f"{x:.4g}" for x in piece.middle)
-    return f"the crack severs the body: a piece of volume {piece.volume:.4g} round ({place}) comes off"
+    return f"the crack severs the body: a piece of volume {piece.volume:.4g} around ({place}) comes off"
 
 
 def _range(values: np.ndarray) -> list[float]:

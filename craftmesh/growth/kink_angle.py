@@ -16,25 +16,27 @@ from craftmesh.surface.measure import span_of
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.surface.side_data import coordinates_hint, spans_told
 
-# Angles over which the energy release rate is searched, degrees: it peaks at 76 in pure mode II.
+# Largest kink angle tried for the energy release rate, degrees; the rate peaks at 76 in pure mode II.
 WIDEST = 85.0
-# Degrees within which the stress is sought: it is largest at 70.5 in pure mode II in isotropic materials.
+# Largest kink angle tried for the tangential stress, degrees; isotropic, it peaks at 70.5 in pure mode II.
 WIDEST_IN_CRYSTALS = 110.0
-STEP = 0.25  # of both searches; a parabola through the best three then finds the angle to 1e-3
-# Rows of K among the fields, whose order is that of the axes binormal, normal, tangent.
+STEP = 0.25  # degrees between tried angles; a parabola through the best three finds the angle to 1e-3
+# Columns of K in the order of the near fields: one per displacement along binormal, normal, tangent.
 _ORDER = (1, 0, 2)
-# Of the ring's radius: points of the field as near to a place on it count there, one at the place alone.
+# Search radius around a point on the ring, in ring radii; field points within it are averaged, weighted by
+# inverse distance.
 NEAR = 0.5
-# By so much a line may turn back, so that one square to the crack counts both ways; and a plane nearer to
-# the one square to the front goes on in every direction.
+# Tolerance of two angles. A slip line may point backwards by it, so that a line perpendicular to the crack
+# counts in both senses. A slip plane within it of the plane normal to the front has no line, and is
+# skipped.
 LEEWAY = np.radians(5)
 
 
 class Criterion(NamedTuple):
-    """Which way a point of a front goes, and what drives it.
+    """Two functions that give the direction and the driving force of front points.
 
-    angles: from K_I, K_II, K_III (n, 3) to kink angles (n,) in radians, positive towards the normal, where
-    K_I < 0 counts as 0; driving: from K and angles to the driving force (n,), in the unit of K.
+    angles: returns kink angles (n,) in radians, positive towards the normal, for K_I, K_II, K_III (n, 3),
+    with K_I < 0 as 0; driving: returns the driving force (n,), in the unit of K, for K and kink angles.
     """
 
     angles: Callable[[np.ndarray], np.ndarray]
@@ -44,21 +46,21 @@ class Criterion(NamedTuple):
 def criterion_of(
     options: GrowthOptions, stiffness: np.ndarray | None = None, ways: np.ndarray | None = None
 ) -> Criterion:
-    """Return the criterion of the options.
+    """Return the criterion that options.criterion names.
 
     stiffness (n, 6, 6): as in `largest_near_stress`, for criterion near_field; ways (n,): kink angles of
-    criterion slip, by `slip_ways`. The driving force of all but near_field is `tangential_intensity`.
-    Raises CraftmeshError where one of them is asked for and not given.
+    criterion slip, by `slip_ways`. The driving force is `tangential_intensity`, except with near_field.
+    Raise CraftmeshError if the criterion needs stiffness or ways and it is None.
     """
     if options.criterion == SLIP:
         if ways is None:
-            raise CraftmeshError("grow.criterion is slip, and its angles are not given; see slip_ways")
+            raise CraftmeshError("grow.criterion is slip, but ways is None; pass the angles of slip_ways")
         return Criterion(lambda _: ways, tangential_intensity)
     if options.criterion != NEAR_FIELD:
         return Criterion(lambda k: kink_angles(k, options.criterion, options.poisson), tangential_intensity)
     if stiffness is None:
         raise CraftmeshError(
-            "grow.criterion is near_field, and the crystals are not known; expected their stiffness"
+            "grow.criterion is near_field, but stiffness is None; pass the crystals' stiffness"
         )
     return Criterion(
         lambda k: largest_near_stress(opened(k), stiffness)[0],
@@ -67,7 +69,7 @@ def criterion_of(
 
 
 def opened(k: np.ndarray) -> np.ndarray:
-    """Return K (n, 3) with K_I < 0, of a closed crack, as 0."""
+    """Return K (n, 3) with negative K_I, which means a closed crack, set to 0."""
     return np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]])
 
 
@@ -76,13 +78,13 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float) -> np.ndarray:
 
     criterion: tangential_stress (Erdogan & Sih 1963), which solves K_I sin(t) + K_II (3 cos(t) - 1) = 0;
     energy_release, the angle at which a short kink releases most (`energy_release`); or
-    package.module:function, which gets (n, 3) and returns (n,) radians. Others need more than K. A closed
-    crack (K_I < 0) counts as K_I = 0. Raises CraftmeshError for a criterion that is not there or returns
-    anything else.
+    package.module:function, which gets (n, 3) and returns (n,) radians. near_field and slip need more than
+    K and are not for this function. A closed crack (K_I < 0) counts as K_I = 0. Raise CraftmeshError if the
+    function cannot be found or returns anything else.
     """
     k = opened(np.asarray(k, float).reshape(-1, 3))
     size = np.abs(k[:, :2]).max(axis=1, keepdims=True, initial=0.0)
-    k = np.where(size > 0, k / np.where(size > 0, size, 1.0), 0.0)  # the angle knows no scale
+    k = np.where(size > 0, k / np.where(size > 0, size, 1.0), 0.0)  # the angle depends on ratios of K alone
     if criterion == "tangential_stress":
         k1, k2, _ = k.T
         below = k1 + np.sqrt(k1**2 + 8 * k2**2)
@@ -94,25 +96,28 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float) -> np.ndarray:
     angles = np.asarray(own_code("criterion", criterion, CRITERIA)(k), float)
     if angles.shape != (len(k),) or not np.isfinite(angles).all():
         raise CraftmeshError(
-            f"criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
-            "finite angles in radians"
+            f"criterion {criterion} returned an invalid array of shape {angles.shape}; expected {len(k)} "
+            "finite angles in radians, one per row of K"
         )
     return angles
 
 
 def tangential_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the intensity (n,) of the tangential stress at `angle` (n,) for K (n, 3) (Erdogan & Sih)."""
+    """Return the tangential stress times sqrt(2 pi r) (n,) at `angle` (n,) for K (n, 3) (Erdogan & Sih)."""
     half = np.cos(angle / 2)
     return half * (k[:, 0] * half**2 - 1.5 * k[:, 1] * np.sin(angle))
 
 
 def _angles_within(widest: float) -> np.ndarray:
-    """Return angles (a,) in radians every STEP degrees."""
+    """Return angles (a,) in radians from -widest to widest degrees, every STEP degrees."""
     return np.radians(np.arange(-widest, widest + STEP / 2, STEP))
 
 
 def _peak(angles: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where values (n, a) at even angles (a,) are largest, and the value: both (n,)."""
+    """Return the angles (n,) at which rows of values (n, a) peak, and the peak values (n,).
+
+    angles (a,): evenly spaced. A parabola through the largest value and its neighbours gives the peak.
+    """
     row, best = np.arange(len(values)), np.clip(np.argmax(values, axis=1), 1, len(angles) - 2)
     before, here, after = (values[row, best + off] for off in (-1, 0, 1))
     bend = before - 2 * here + after
@@ -123,7 +128,7 @@ def _peak(angles: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarray:
     """Return E / (1 - nu^2) times the energy release rate (n, m) of kinks at `angle` (n, m) or (1, m).
 
-    The kinks' intensities are those of Amestoy & Leblond (1992); mode III's is exact.
+    K_I and K_II of the kinks are by Amestoy & Leblond (1992), K_III is exact; k (n, 3): K before the kink.
     """
     k1, k2, k3 = (k[:, [mode]] for mode in range(3))
     f11, f12, f21, f22 = kink_factors(angle)
@@ -134,9 +139,9 @@ def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarr
 
 
 def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return F_11, F_12, F_21, F_22 of a short kink: its K_I, K_II over those before (Amestoy & Leblond).
+    """Return F_11, F_12, F_21, F_22 for K_I, K_II of a short kink from K before it (Amestoy & Leblond).
 
-    angle: radians, within +-85 degrees, any shape.
+    The kink's K_I is F_11 K_I + F_12 K_II. angle: radians, within +-85 degrees, any shape.
     """
     m, p = np.asarray(angle, float) / np.pi, np.pi
     even, odd = m[..., None] ** np.arange(0, 21, 2), m[..., None] ** np.arange(1, 20, 2)
@@ -155,8 +160,8 @@ def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray,
 def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angles (n,) in radians of the largest tangential stress for K (n, 3), and its intensity (n,).
 
-    K_I, K_II, K_III; stiffness (n, 6, 6) over 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent.
-    The intensity is that stress times root(2 pi r), K_I in pure opening straight ahead. Angle 0 without K.
+    The intensity is the stress times sqrt(2 pi r), so it is K_I straight ahead in pure mode I. The angle is
+    0 if K is 0. stiffness (n, 6, 6): over 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent.
     """
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     fine = _angles_within(WIDEST_IN_CRYSTALS)
@@ -165,13 +170,13 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
 
 
 def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Return the intensity (n,) at `angle` (n,) of the stress that `largest_near_stress` seeks."""
+    """Return the intensity (n,) at `angle` (n,) of the tangential stress, as in `largest_near_stress`."""
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     return np.array([scipy.interpolate.CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
 
 
 def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (a,) and the tangential stress times root(2 pi r) there (n, a), for K (n, 3)."""
+    """Return angles (a,) and the tangential stress times sqrt(2 pi r) (n, a) at them, for K (n, 3)."""
     field = near_field(stiffness)
     step = field.angles[1] - field.angles[0]
     chosen = np.abs(field.angles) < np.radians(WIDEST_IN_CRYSTALS) + step
@@ -184,9 +189,10 @@ def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray,
 
 @dataclass(frozen=True, eq=False)
 class SlipField:
-    """Slip of planes at points (k, 3): normals (p, 3) in the crystal's axes, activity (k, p).
+    """Activity of slip planes at points (k, 3).
 
-    activity: accumulated slip, or any fatigue indicator that grows with it, of each plane.
+    normals (p, 3): plane normals in crystal axes. activity (k, p): accumulated slip of each plane, or any
+    fatigue indicator that grows with it. source: name of the table in error messages.
     """
 
     points: np.ndarray
@@ -198,10 +204,10 @@ class SlipField:
 def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: float) -> np.ndarray:
     """Return kink angles (n,) in radians along the slip plane that is most active ahead of each front node.
 
-    A plane meets the plane normal to the front in a line, forwards within 90 degrees; its activity is that
-    of the field where this line leaves a ring round the node, `ring` local edges in radius. turns
-    (n, 3, 3): active rotations from crystal to sample axes at the nodes. 0 where nothing slips. Raises
-    CraftmeshError where the field has no point near such a place.
+    A slip plane meets the plane normal to the front in a line that points forwards. The plane's activity is
+    read where this line crosses a ring around the node, of radius `ring` local edges. The angle is 0 where
+    no plane slips. turns (n, 3, 3): active rotations from crystal to sample axes at the nodes. Raise
+    CraftmeshError if the field has no point near such a crossing.
     """
     normals = np.einsum("nij,pj->npi", turns, field.normals / _length(field.normals))
     lines = np.cross(normals, frames.tangent[:, None])
@@ -220,9 +226,9 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
             spans = span_of(field.points), span_of(frames.points)
             at = ", ".join(f"{x:.4g}" for x in place)
             raise CraftmeshError(
-                f"{field.source}: has no point within {NEAR * radius:.4g} of ({at}), on the ring round the "
-                f"front: {spans_told(('they go', 'the front'), *spans)}{coordinates_hint(*spans)}; give "
-                "the slip of this increment there, or another ring (grow.ring)"
+                f"{field.source}: has no point within {NEAR * radius:.4g} of ({at}), on the ring around "
+                f"the front: {spans_told(('its points', 'the front'), *spans)}{coordinates_hint(*spans)}; "
+                "give the slip of this increment there, or another ring (grow.ring)"
             )
         off = np.linalg.norm(field.points[near] - place, axis=1)
         weight = 1 / np.maximum(off, SAME_PLACE * radius)

@@ -1,4 +1,4 @@
-"""Where each point of a front goes, made smooth along it, and which stay where they are."""
+"""Smooth the moves of a front's points along the front, and find the points that stay."""
 
 import numpy as np
 import scipy
@@ -11,26 +11,26 @@ from craftmesh.growth.trust import END, or_all
 from craftmesh.mesh.cubic_basis import even_basis
 from craftmesh.mesh.front_curve import square_to, unit, ways_along
 
-# Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
-# spacings' radius within its noise, as they do for the intensities themselves.
+# Knot spacing of the fit, in front spacings. With 4 the fit follows the kink angle along an inclined penny,
+# radius ten spacings, within its noise; the same holds for K.
 KNOTS = 4.0
-# The fit halves waves along the front of wave number 1 / reach. That is a front spacing at least: at an end
-# noise of the rows comes through doubled, and twentyfold with a sixth of it, which folded a crack whose
-# kink angles jump by 10 degrees between grains. And it is so much of the extension. A front that is off its
-# plane by a wave of number k turns back by k times that in a unit of extension (Movchan, Gao & Willis 1998;
-# Poisson's ratio 0), so that a step of over 1 / k takes it past the plane. 3^(3/4) / 4 is the least share
-# with which the fit lets no wave do so.
+# Smallest reach of the fit, in extensions; the fit halves waves of wave number 1 / reach. A front that is
+# off its plane by a wave of number k turns back by k times that per unit of extension (Movchan, Gao &
+# Willis 1998; Poisson's ratio 0). So a step longer than 1 / k overshoots the plane; 3^(3/4) / 4 is the
+# smallest value with which the fit lets no wave overshoot. The reach is also at least one front spacing:
+# then row noise at an end comes through doubled. With a sixth of a spacing it came through twentyfold,
+# which folded a crack whose kink angles jump by 10 degrees between grains.
 OF_STEP = 0.57
-# Mean square of a cubic B-spline over a spacing of its knots.
+# Integral of the square of a cubic B-spline with knot spacing 1.
 MEAN_SQUARE = 151 / 315
-# Rows farther apart than so many spacings have an end between them, as at a void.
+# Distance of successive rows, in spacings, above which the front ends between them, for example at a void.
 GAP = 3.0
 
 
 def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of a front's points that stay; its rows at arc lengths s (n,) go on where `goes`.
+    """Return a mask (k,) of a front's points that stay; its rows at arc lengths s (n,) move where `goes`.
 
-    A point does as the row next to it, and the point next to a row that stays does so too.
+    A point stays if its nearest row stays, or if it is the nearest point of a row that stays.
     """
     way = ways_along(line.arc, s, line.length, line.closed)
     rest = ~goes[way.argmin(axis=1)]
@@ -41,10 +41,10 @@ def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarra
 
 
 def beside_rest(line: Polyline, rest: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return moves (k, 3) no longer than the way along the front to the next point at rest (k,) bool.
+    """Return moves (k, 3) cut to the distance along the front to the nearest point that stays, `rest` (k,).
 
-    So the new front leaves the old one at 45 degrees at most: K has no jump along a front, nor has its
-    extension, and elements beside a sharper corner would be flat.
+    So the new front leaves the old one at 45 degrees at most. K and extension do not jump along a front,
+    and elements at a sharper corner would be slivers.
     """
     room = ways_along(line.arc, line.arc[rest], line.length, line.closed).min(axis=1, initial=np.inf)
     size = np.linalg.norm(moves, axis=1)
@@ -56,9 +56,10 @@ def moves_along(
 ) -> np.ndarray:
     """Return the moves (k, 3) of the points of a front `line` from its rows `step` at ascending s (n,).
 
-    Rows that are not trusted or stay take kink and extension straight between those that are trusted and go
-    on. Both are `smoothed`, over `coarser` times the length, as are the directions of all rows, along which
-    they are laid: at an end the crack's normal may be that of one facet, turned by 40 degrees.
+    Rows that stay or are not trusted take kink angle and extension by linear interpolation between trusted
+    rows that move. Kink angles, extensions and the normals and binormals of all rows are then `smoothed`,
+    with `coarser` times the median extension as length. The normals need it too: at an end the crack's
+    normal may be that of a single facet, turned by 40 degrees.
     """
     goes = step.extension > 0
     known = or_all(step.trusted, goes)
@@ -81,11 +82,11 @@ def smoothed(
     options: SmoothingOptions,
     step: float = 0.0,
 ) -> np.ndarray:
-    """Return values (k, m) at arc lengths (k,) of a front, from those (n, m) of its rows at s (n,).
+    """Return values (k, m) at arc lengths `at` (k,) of a front, from row values (n, m) at s (n,).
 
-    `length` is the front's. fit: see `_fitted`, smooth over a row spacing or OF_STEP of the extension
-    `step`; savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between
-    the rows.
+    length: of the front. With smoothing fit, `_fitted` smooths over a row spacing or OF_STEP times the
+    extension `step`, the larger; savitzky_golay fits a parabola in a window of rows (the paper, section 2),
+    if there are enough rows; none interpolates linearly between rows.
     """
     if options.smoothing == "fit":
         spacing = float(np.median(np.diff(s))) if len(s) > 1 else length
@@ -108,12 +109,12 @@ def _fitted(
     knots: float,
     reach: float,
 ) -> np.ndarray:
-    """Return values (k, m) at arc lengths (k,) of the cubic spline nearest to those (n, m) at s (n,).
+    """Return values (k, m) at arc lengths `at` (k,) of the smoothing spline for values (n, m) at s (n,).
 
-    Least squares, and reach^4 times the second derivative's square: 1 / (1 + (k reach)^4) of a wave of
-    number k is left, and an open front goes on straight at its ends. Its trend from end to end costs
-    reach^3 times its square: a plate of few edges, whose rows off the ends tell of none, does not twist on
-    their noise.
+    The fit minimizes squared residuals plus reach^4 times the squared second derivative. So a wave of
+    number k keeps the fraction 1 / (1 + (k reach)^4), and an open front continues straight at its ends. The
+    slope from end to end of an open front is penalized by reach^3 times its square, so that the front of a
+    plate with few edges does not twist on noise. length: of the front; knots: knot spacing.
     """
     basis = even_basis(length, closed, knots)
     rows, weights = basis.design(s), np.ones(len(s))
@@ -129,15 +130,15 @@ def _fitted(
 def _straight_between(
     s: np.ndarray, values: np.ndarray, length: float, closed: bool, at: np.ndarray
 ) -> np.ndarray:
-    """Return values (k, m) at arc lengths (k,), straight between those (n, m) at s (n,)."""
+    """Return values (k, m) at arc lengths `at` (k,), linear between the values (n, m) at s (n,)."""
     period = length if closed else None
     return np.stack([np.interp(at, s, column, period=period) for column in values.T], axis=1)
 
 
 def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.ndarray:
-    """Return a mask of rows at ascending arc lengths s (n,), no nearer than END spacings to an end.
+    """Return a mask (n,) of rows at ascending arc lengths s (n,), at least END spacings from each end.
 
-    The fit goes on straight there. Of a front too short for any, those in its middle.
+    If the front is too short for such rows, the mask holds its rows farthest from the ends.
     """
     wide = np.append(s[1:], s[0] + length) - s > GAP * spacing
     wide[-1] |= not closed

@@ -1,4 +1,4 @@
-"""The front after one extension, and the strip of new crack surface up to it."""
+"""The front after one extension, and the strip of new crack surface between old and new front."""
 
 from typing import NamedTuple
 
@@ -8,10 +8,10 @@ import scipy
 from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.surface.rounding import ON_PLANE
 
-# Of the spacing: points of the new front nearer than that say nothing about its course.
+# Smallest distance of successive points, in spacings; nearer points are dropped before a spline is fitted.
 CLOSE = 0.1
-# Of the move of an end: how far beyond its box plane it goes at least. The strip's edge from old to new end
-# would else lie in that plane, and where it met an edge of the box traces on the two faces stayed apart.
+# Smallest distance of a moved end beyond its box plane, in lengths of its move. Otherwise the strip's edge
+# from old to new end lies in that plane; where it met a box edge, the traces on the two faces did not join.
 BEYOND = 0.25
 
 
@@ -20,8 +20,8 @@ def with_front_points(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points, triangles and a front (ids) whose edges are no longer than `spacing`.
 
-    points (n, 3); triangles (m, 3), each directed edge of the front in one of them. The surface stays where
-    it is: triangles on longer edges are split.
+    points (n, 3); triangles (m, 3): each directed edge of the front belongs to one. Triangles on longer
+    edges are split; the surface does not move.
     """
     places, rows, ids = list(points), triangles.tolist(), [int(front[0])]
     row_of = {(t[k - 1], t[k]): row for row, t in enumerate(rows) for k in range(3)}
@@ -42,11 +42,12 @@ def with_front_points(
 
 
 def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Return triangles (m, 3) between the fronts `old` and `new` (ids), turned as the surface behind.
+    """Return triangles (m, 3) between the fronts `old` and `new` (ids), oriented as the surface behind.
 
-    arc: arc lengths of the old front's points; origin: those that the new front's come from, ascending.
-    Each next triangle takes the point that comes first along the old front. Where both fronts have the same
-    points there is no triangle, nor has one all its corners on the old front.
+    arc: arc lengths of the old front's points; origin: arc lengths on the old front from which the new
+    front's points come, ascending. Each triangle takes the next point, of either front, that comes first
+    along the old front. There is no triangle where both fronts share points, and none with all corners on
+    the old.
     """
     rows, shared = [], set(old.tolist()) & set(new.tolist())
     i, j = 0, 0
@@ -70,10 +71,10 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
 
 
 class NewFront(NamedTuple):
-    """The new front's points (m, 3), in order, and the arc lengths (m,) of the old front they come from.
+    """The points (m, 3) of a new front, in order.
 
-    A closed one ends with its first point, at the old front's length. stays (m,) bool: points of the old
-    front, where they are.
+    origin (m,): arc lengths on the old front from which they come; stays (m,) bool: True at points of the
+    old front that did not move. A closed front ends with its first point.
     """
 
     points: np.ndarray
@@ -84,11 +85,11 @@ class NewFront(NamedTuple):
 def new_front(
     old: Polyline, moves: np.ndarray, box: np.ndarray, frame: np.ndarray, spacing: float
 ) -> NewFront:
-    """Return the front to which the points of `old` go by `moves` (k, 3), sampled about every `spacing`.
+    """Return the front to which `moves` (k, 3) take the points of `old`, sampled about every `spacing`.
 
-    box (2, 3); frame (3, 3): rows u, v, normal of a plane over which the new front has no loops. An open
-    front's ends lie beyond the planes of the box that its old ends lie on. Where the front is concave
-    and goes farther than its radius it would form loops; those are cut off. Points without a move stay.
+    box (2, 3); frame (3, 3): rows u, v, normal; loops are found in the plane (u, v). Ends of an open front
+    that lie on a box plane move beyond it. A concave front that moves farther than its radius forms loops;
+    they are cut off. Points without a move stay.
     """
     points, origin = old.points + moves, old.arc
     if old.closed:
@@ -108,10 +109,11 @@ def new_front(
 def _carried_out(
     points: np.ndarray, origin: np.ndarray, end: np.ndarray, box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a moved front, from one end on, that begins beyond a box plane in which its old end (3,) lies.
+    """Return points and origin of a moved front whose first point lies beyond a box plane of its old `end`.
 
-    Where the end's move leads not so far the front goes on straight beyond the nearest of these planes; if
-    that is too far, the end's move is turned into them, and a little beyond. The turn fades over one move.
+    If the first point is not beyond, the front is continued straight past the nearest of these planes. If
+    that is too far, the end's move is turned into the planes and BEYOND them; the turn fades along the
+    front over one length of the move. An end on no box plane is returned as it is.
     """
     sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
     move = points[0] - end
@@ -136,10 +138,11 @@ def _carried_out(
 
 
 def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarray | None:
-    """Return where a front (k, 3), so deep (k,) under a plane, has left it from its end on straight.
+    """Return the point (3,) past a plane where a front (k, 3) arrives, continued straight from its start.
 
-    size: of the end's move: how far the plane may be, and the length of the front that says which way that
-    is; BEYOND of it comes after. None where the plane is farther.
+    depth (k,): distance of its points inside the plane; size: length of the end's move. The front's first
+    `size` gives the direction. The point lies BEYOND times size past the plane; None if the plane is
+    farther than size or the front leads away from it.
     """
     away = np.linalg.norm(points - points[0], axis=1)
     far = int(np.argmax(away >= size)) or len(points) - 1
@@ -153,11 +156,12 @@ def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarr
 def without_loops(
     points: np.ndarray, origin: np.ndarray, axes: np.ndarray, closed: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (k, 3) and origin (k,) without the loops that they form seen along `axes` (2, 3).
+    """Return points (k, 3) and origin (k,) without the loops in their projection on `axes` (2, 3).
 
-    The piece between a crossing's two passages goes; of a closed front's two pieces the piece with fewer
-    points. The crossing becomes a point halfway between the passages, whose heights may differ. The points
-    beside it follow, over as much of the old front as goes: a jump in height would fold the strip.
+    The piece between the two passages of a crossing is removed; of a closed front's two pieces, the one
+    with fewer points. The crossing becomes one point halfway between the passages, whose heights may
+    differ. Nearby points follow, over a length of the old front equal to the removed one; a jump would fold
+    the strip.
     """
     while len(points) > 3:
         i, j, shares = _first_crossing(points @ axes.T, closed)
@@ -182,14 +186,15 @@ def without_loops(
 
 
 def _drawn(points: np.ndarray, away: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Return points (k, 3) moved by `shift` (3,) times 1 - `away` (k,), unless that is negative."""
+    """Return points (k, 3) moved by `shift` (3,) times 1 - `away` (k,), clipped to [0, 1]."""
     return points + np.clip(1 - away, 0, 1)[:, None] * shift
 
 
 def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, np.ndarray]:
-    """Return the first two segments i < j of a polyline (k, 2) that cross, and the shares of the crossing.
+    """Return two segments i < j of a polyline (k, 2) that cross, and fractions (2,) along i and j there.
 
-    The shares (2,) are along i and along j. i and j are -1 if no two segments cross.
+    i is the first segment that crosses a later one, j the last segment that it crosses; both are -1 if no
+    two segments cross.
     """
     start, step = uv[:-1], np.diff(uv, axis=0)
     count = len(start)
@@ -208,7 +213,7 @@ def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, np.ndarray]
 
 
 def _sampled_between(points: np.ndarray, origin: np.ndarray, stays: np.ndarray, spacing: float) -> NewFront:
-    """Return the front through points (k, 3): those that stay (k,) bool are its own, others sampled."""
+    """Return the front through points (k, 3) that keeps points that stay (k,), and samples between them."""
     breaks = np.unique([0, *np.flatnonzero(stays), len(points) - 1])
     found = [NewFront(points[:1], origin[:1], stays[:1])]
     for i, j in zip(breaks[:-1].tolist(), breaks[1:].tolist()):
@@ -223,9 +228,9 @@ def _sampled_between(points: np.ndarray, origin: np.ndarray, stays: np.ndarray, 
 def _sampled(
     points: np.ndarray, origin: np.ndarray, closed: bool, spacing: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points on the cubic spline through points (k, 3) by arc length about every `spacing`.
+    """Return samples about every `spacing` of the cubic spline through points (k, 3), and their origins.
 
-    With them comes their origin; of an open one there are three at least, but of two points.
+    An open front of three or more points gets at least three samples.
     """
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     keep, least = [0], CLOSE * spacing

@@ -1,4 +1,4 @@
-"""How fast a point of a front extends: da/dN over Delta K, by phase or by grain."""
+"""Laws of da/dN as a function of Delta K, for all grains, by phase or by grain."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -14,9 +14,10 @@ Key = int | str | None
 
 
 class RateLaw(NamedTuple):
-    """da/dN over Delta K, straight in logarithms between points; nothing grows up to the threshold.
+    """da/dN as a function of Delta K, log-log linear between points; 0 up to the threshold.
 
-    delta_k, rate (k,) of the points, ascending; powers (k + 1,): before the first, between them, after.
+    delta_k, rate (k,): the points, ascending; powers (k + 1,): exponents before, between and after the
+    points.
     """
 
     delta_k: np.ndarray
@@ -37,33 +38,33 @@ class RateLaw(NamedTuple):
 
 
 def paris(coefficient: float, exponent: float, threshold: float = 0.0) -> RateLaw:
-    """Return da/dN = C Delta K^m, for Delta K over a threshold."""
+    """Return Paris' law da/dN = C Delta K^m, for Delta K above a threshold."""
     return RateLaw(np.ones(1), np.array([coefficient]), np.full(2, exponent), threshold)
 
 
 def table(delta_k: np.ndarray, rate: np.ndarray) -> RateLaw:
-    """Return the law through points; its threshold is their first, and it goes on after the last."""
+    """Return the law through points; the first is its threshold, the last two set it beyond the last."""
     powers = np.diff(np.log(rate)) / np.diff(np.log(delta_k))
     return RateLaw(delta_k, rate, np.concatenate([powers[:1], powers, powers[-1:]]), float(delta_k[0]))
 
 
 class LocalRates(NamedTuple):
-    """The laws of the points of a front: which (n,) of `laws` holds at each."""
+    """The rate laws of n front points; which (n,): each point's index into `laws`."""
 
     laws: tuple[RateLaw, ...]
     which: np.ndarray
 
     def rate(self, delta_k: np.ndarray) -> np.ndarray:
-        """Return da/dN (n,) at Delta K (n,) of the points."""
+        """Return da/dN (n,) of the points at their Delta K (n,)."""
         return self._own([law.rate_at(delta_k) for law in self.laws])
 
     def power(self, delta_k: np.ndarray) -> np.ndarray:
-        """Return d ln(da/dN) / d ln(Delta K) (n,)."""
+        """Return the exponents d ln(da/dN) / d ln(Delta K) (n,) of the points at their Delta K (n,)."""
         return self._own([law.power_at(delta_k) for law in self.laws])
 
     @property
     def threshold(self) -> np.ndarray:
-        """The Delta K (n,) that the points have to be over."""
+        """The threshold of Delta K (n,) of each point."""
         return np.array([law.threshold for law in self.laws])[self.which]
 
     def _own(self, values: list[np.ndarray]) -> np.ndarray:
@@ -71,16 +72,16 @@ class LocalRates(NamedTuple):
 
 
 def laws_of(options: GrowthOptions) -> dict[Key, RateLaw]:
-    """Return the laws of the options; raises CraftmeshError for rates beside coefficient or threshold.
+    """Return the laws of the options; raise CraftmeshError if rates come with coefficient or threshold.
 
-    Without a coefficient that of Paris' law is 1: what extensions go with, but no cycles.
+    Without rates and coefficient, C of Paris' law is 1: relative extensions are right, cycles unknown.
     """
     if not options.rates:
         return {None: paris(options.coefficient or 1.0, options.exponent, options.threshold)}
     if options.coefficient or options.threshold:
         raise CraftmeshError(
-            "grow.rates is given, and grow.coefficient or grow.threshold too; keep one, rates have C and "
-            "the threshold in their texts"
+            "grow.rates is given together with grow.coefficient or grow.threshold; remove the latter, each "
+            "law in grow.rates contains its own C and threshold"
         )
     return parse_rates(options.rates)
 
@@ -88,9 +89,9 @@ def laws_of(options: GrowthOptions) -> dict[Key, RateLaw]:
 def local_rates(
     laws: Mapping[Key, RateLaw], grain: np.ndarray, phase_of: Mapping[int, int | None]
 ) -> LocalRates:
-    """Return the laws at points in grains (n,): the grain's own, else its phase's, else that of all.
+    """Return the laws at points in grains (n,): the grain's law, else its phase's, else the general one.
 
-    Raises CraftmeshError for a grain without a law.
+    phase_of: phase by grain. Raise CraftmeshError for a grain without a law.
     """
     keys = list(laws)
     which = np.zeros(len(grain), int)
@@ -99,7 +100,7 @@ def local_rates(
         found = [key for key in (f"{GRAIN}{own}", phase, None) if key in laws]
         if not found:
             raise CraftmeshError(
-                f"grow.rates has no law for grain {own} of phase {phase}, in which the front runs; add "
+                f"grow.rates has no law for grain {own} of phase {phase}, which the front crosses; add "
                 f"{phase}=KIND:CONSTANTS or {GRAIN}{own}=KIND:CONSTANTS"
             )
         which[grain == own] = keys.index(found[0])
@@ -107,9 +108,9 @@ def local_rates(
 
 
 def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
-    """Return laws by phase, by GRAIN_<id>, or for all (None), of texts such as "2=paris:1e-12,3".
+    """Return the laws in texts such as "2=paris:1e-12,3", keyed by phase, GRAIN_<id>, or None for all.
 
-    Raises CraftmeshError for other texts, and for two of one key.
+    Raise CraftmeshError for a text of another form, and for two laws with one key.
     """
     laws: dict[Key, RateLaw] = {}
     for text in texts:
@@ -120,17 +121,17 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
             found = _law(*law.split(":"))
         except (ValueError, TypeError):
             raise CraftmeshError(
-                f"grow.rates: {text!r}; expected paris:C,m, paris:C,m,THRESHOLD or table:DELTA_K,RATE,... "
-                f"of rising positive numbers, after PHASE= or {GRAIN}<id>= where it is not for all"
+                f"grow.rates: {text!r} is not a law; write paris:C,m, paris:C,m,THRESHOLD or table:DELTA_K,"
+                f"RATE,... with rising positive numbers; PHASE= or {GRAIN}<id>= may precede it"
             ) from None
         if key in laws:
-            raise CraftmeshError(f"grow.rates: {text!r} is a second law for the same place; keep one")
+            raise CraftmeshError(f"grow.rates: {text!r} is a second law for the same grains; keep one")
         laws[key] = found
     return laws
 
 
 def _law(kind: str, constants: str) -> RateLaw:
-    """Return the law of a kind and its constants; raises ValueError or TypeError for what is none."""
+    """Return the law of a kind and its constants; raise ValueError or TypeError if they are invalid."""
     values = np.array([float(value) for value in constants.split(",")])
     if not np.isfinite(values).all():
         raise ValueError
@@ -144,11 +145,12 @@ def _law(kind: str, constants: str) -> RateLaw:
 
 
 def open_share(closure: str, stress_ratio: np.ndarray) -> np.ndarray:
-    """Return Delta K that drives a crack, over K of the largest load, of cycles with ratios R (n,).
+    """Return the effective Delta K of cycles with stress ratios R (n,), divided by K at the largest load.
 
-    closure none: 1 - R, with R < 0 as 0, for closed lips carry the rest; open:U: U (1 - R);
-    newman:ALPHA,SMAX: 1 - f, the opening function of J. C. Newman, Int. J. Fract. 24 (1984), with the
-    constraint factor ALPHA and the largest stress over the flow stress SMAX. Raises CraftmeshError else.
+    closure none: 1 - R, with R < 0 as 0, because closed crack faces carry compression; open:U: U (1 - R);
+    newman:ALPHA,SMAX: 1 - f with the opening function f of J. C. Newman, Int. J. Fract. 24 (1984),
+    constraint factor ALPHA, and SMAX = largest stress / flow stress. Raise CraftmeshError for any other
+    `closure`.
     """
     kind, _, constants = closure.partition(":")
     try:
@@ -168,7 +170,10 @@ def open_share(closure: str, stress_ratio: np.ndarray) -> np.ndarray:
 
 
 def opening_level(ratio: np.ndarray, alpha: float, largest: float) -> np.ndarray:
-    """Return Newman's f (n,), the load at which the crack opens over the largest one."""
+    """Return Newman's f (n,), the crack opening load divided by the largest load, for stress ratios (n,).
+
+    alpha: constraint factor; largest: largest stress / flow stress.
+    """
     a0 = (0.825 - 0.34 * alpha + 0.05 * alpha**2) * math.cos(math.pi / 2 * largest) ** (1 / alpha)
     a1 = (0.415 - 0.071 * alpha) * largest
     a3 = 2 * a0 + a1 - 1

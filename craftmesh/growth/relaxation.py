@@ -1,10 +1,10 @@
 """Extensions along a front over a whole step: K falls where the front runs ahead, and rises where it lags.
 
-A wave of a front that runs ahead by x lowers K there by x K (|k| - c) / 2, k its wave number and c the mean
-curvature of the front: exact to first order for a straight front (Rice, J. Appl. Mech. 52, 1985) and a
-penny (Gao & Rice, Int. J. Fract. 33, 1987). A step takes that part of da/dN exactly, and the rest as
-exponential Runge-Kutta methods do (Cox & Matthews, J. Comput. Phys. 176, 2002), so that no wave is
-overshot, however long the step.
+A front wave of amplitude x and wave number k lowers K at its crests by x K (|k| - c) / 2, where c is the
+front's mean curvature. This is exact to first order for a straight front (Rice, J. Appl. Mech. 52, 1985)
+and a penny (Gao & Rice, Int. J. Fract. 33, 1987). A step integrates this part of da/dN exactly, and the
+rest by an exponential Runge-Kutta method (Cox & Matthews, J. Comput. Phys. 176, 2002). So no wave
+overshoots, however long the step is.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,14 +16,14 @@ import scipy
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.grow import FINENESS, LEAST_ROWS, in_order, nearest_feet
 
-SMALL = 1e-4  # below it the gains are their limits to rounding
+SMALL = 1e-4  # argument below which the phi functions are computed by their series
 Gain = Callable[[np.ndarray], np.ndarray]
 
 
 class FrontRows(NamedTuple):
-    """Rows of one front in order: their numbers and arc lengths (k,), and its length and mean curvature.
+    """Rows of one front in order; row (k,): their ids, s (k,): their arc lengths.
 
-    The length of an open front is that between its first and last row.
+    length: of the front, from first to last row if it is open; curvature: its mean curvature.
     """
 
     row: np.ndarray
@@ -34,7 +34,7 @@ class FrontRows(NamedTuple):
 
 
 def rows_along(lines: Sequence[Polyline], points: np.ndarray, binormal: np.ndarray) -> list[FrontRows]:
-    """Return the rows of each front from the places and binormals (n, 3) of all of them."""
+    """Return the rows of each front that has at least LEAST_ROWS, from all points and binormals (n, 3)."""
     nearest, arc, _ = nearest_feet(list(lines), points)
     found = []
     for line, (row, s) in zip(lines, in_order(nearest, arc, len(lines))):
@@ -51,9 +51,10 @@ def rows_along(lines: Sequence[Polyline], points: np.ndarray, binormal: np.ndarr
 
 
 def over_step(rate: np.ndarray, power: float, step: float, fronts: Sequence[FrontRows]) -> np.ndarray:
-    """Return extensions (n,) over a step from the rates (n,) at its start, those of its median being 1.
+    """Return the extensions (n,) of a step from the relative rates (n,) at its start.
 
-    power: d ln(rate) / d ln(K). Points whose rate is 0 stay.
+    step: extension of a straight front with rate 1 everywhere; power: d ln(rate) / d ln(K). Points with
+    rate 0 stay.
     """
     relaxed = _with_gain(rate, fronts, lambda decay: _phi1(power * step * decay))
     return np.where(rate > 0, step * np.maximum(relaxed, 0.0), 0.0)
@@ -62,9 +63,10 @@ def over_step(rate: np.ndarray, power: float, step: float, fronts: Sequence[Fron
 def over_step_again(
     rate: np.ndarray, extension: np.ndarray, reached: np.ndarray, power: float, fronts: Sequence[FrontRows]
 ) -> np.ndarray:
-    """Return the extensions (n,) of a step from the rates (n,) at its start and those `reached` at its end.
+    """Return corrected extensions (n,) of a step from its rates (n,) at the start and `reached` at the end.
 
-    extension (n,): as it was laid, where the rates at its end were found.
+    extension (n,): the first extensions, at whose end the rates `reached` were found; power: as in
+    `over_step`.
     """
     if not (rate > 0).any():
         return extension
@@ -76,14 +78,15 @@ def over_step_again(
 
 
 def _with_gain(values: np.ndarray, fronts: Sequence[FrontRows], gain: Gain) -> np.ndarray:
-    """Return values (n,) of rows with their waves along each front times the gain of how they decay.
+    """Return values (n,) of rows after each wave along a front is multiplied by the gain of its decay.
 
-    gain: of (m,) the loss of ln K to an extension of 1.
+    gain: returns factors (m,) for decays (m,), the losses of ln K per unit extension. Rows on no front are
+    multiplied by the gain at decay 0.
     """
     result = np.full(len(values), np.nan)
     for front in fronts:
         period, s, own = front.length, front.s, values[front.row]
-        if not front.closed:  # free faces mirror the waves
+        if not front.closed:  # mirror the waves at the free faces
             period, s, own = 2 * period, np.append(s, 2 * period - s[::-1]), np.append(own, own[::-1])
         at = np.arange(FINENESS * len(s)) / (FINENESS * len(s)) * period
         decay = np.maximum(2 * np.pi / period * np.arange(len(at) // 2 + 1) - front.curvature, 0.0) / 2

@@ -1,4 +1,4 @@
-"""How far a step of a crack's front goes, by the crack's size, and the load cycles that it takes."""
+"""Length of a growth step, from the crack's size, and the load cycles of the step."""
 
 import math
 from typing import NamedTuple
@@ -11,20 +11,20 @@ from craftmesh.growth.options import MOST, GrowthOptions
 from craftmesh.surface.dividing import bisected
 from craftmesh.types import Crack
 
-ROOT = 0.5  # K of a crack under a load that stays goes with the root of its size
-# Of itself: how far the crack's size may be off, and of a front's length: the spacing of places on it.
+ROOT = 0.5  # exponent of the crack's size in K under a constant load
+# Relative error of the crack's size, and spacing of sampled points on a front, in lengths of the longest.
 TOLERANCE = 1e-3
-# Of a front's length: in a step of it K along the front, by Paris' law with m = 3, loses the longest
-# difference that a front can have, half a wave, but for 1 / e: 2 / (pi m) (see `relaxation`).
+# Largest step, in front lengths. By Paris' law with m = 3 a step of 2 / (pi m) reduces the longest
+# variation of K that a front can have, half a wave, to 1 / e (see `relaxation`).
 OF_FRONT = 0.2
 
 
 class Counted(NamedTuple):
-    """A front, and the cycles to it: what the next one's are counted from.
+    """A front and its load cycles, from which the next front's cycles are counted.
 
-    size: of the crack; step: how far the front goes on from here; rate: da/dN, the median of the points
-    that go on; power: d ln(da/dN) / d ln(K) there; error: of K, as a share. cycles, doubt: from the first
-    front to this one, and how far off that may be; ahead, ahead_doubt: of the step to come.
+    size: crack size; step: extension from here; rate: median da/dN of points that extend; power: their
+    median d ln(da/dN) / d ln(K); error: relative error of K. cycles, doubt: load cycles from the first
+    front to this one, and their uncertainty; ahead, ahead_doubt: the same for the next step.
     """
 
     size: float
@@ -39,9 +39,9 @@ class Counted(NamedTuple):
 
 
 def growth_to(last: Counted | None, rate: float, power: float) -> float:
-    """Return d ln(da/dN) / d ln(size) on the way from the last front to one with that rate.
+    """Return d ln(da/dN) / d ln(size) between the last front and one with that rate.
 
-    Where no front is known before, K goes with the root of the size.
+    Without a last front, K is taken as proportional to size^ROOT, and power is d ln(da/dN) / d ln(K).
     """
     if last is None:
         return ROOT * power
@@ -51,12 +51,12 @@ def growth_to(last: Counted | None, rate: float, power: float) -> float:
 def counted(
     last: Counted | None, size: float, step: float, rate: float, power: float, error: float
 ) -> Counted:
-    """Return the cycles to a front and those of its step, from what is known of it and of the last one.
+    """Return a front with the load cycles to it and of its next step; fields as in Counted.
 
-    Between two fronts da/dN goes with a power of the crack's size, as it does of a penny, an edge and a
-    through crack; in the step to come the power is that of the step before. In doubt are the way between
-    two fronts, against one along which ln(da/dN) goes evenly; K's own errors, which may all have one sign;
-    and the whole change of K in the step to come. A front whose rate is 0 goes no step.
+    Between two fronts da/dN is a power of the crack's size, as for penny, edge and through cracks; the next
+    step has the exponent of the last one. The doubt adds three parts: the difference from a path with
+    ln(da/dN) linear in the extension, between two fronts; K's own errors, taken as all of one sign; and for
+    the next step the whole effect of the change of K. The next step of a front with rate 0 has no cycles.
     """
     cycles, doubt = _reached(last, rate, power * error) if last is not None else (0.0, 0.0)
     ahead = ahead_doubt = 0.0
@@ -67,9 +67,9 @@ def counted(
 
 
 def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
-    """Return the cycles to a front with that rate and error of it, as a share, and their doubt.
+    """Return the load cycles to a front with that rate, and their doubt; error: the rate's relative error.
 
-    To a front that does not go on any more they are those that were foreseen.
+    For a front with rate 0 they are the cycles predicted at the last front.
     """
     if not rate > 0:
         return last.cycles + last.ahead, last.doubt + last.ahead_doubt
@@ -81,17 +81,17 @@ def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
 
 
 def cycles_over(step: float, size: float, rate: float, growth: float) -> float:
-    """Return the cycles of a step from a crack of that size: da/dN is `rate`, and goes with size^growth."""
+    """Return the load cycles of a step from a crack of that size: da/dN is `rate`, and ~ size^growth."""
     stretch, left = math.log1p(step / size), 1 - growth
     return size / rate * (math.expm1(left * stretch) / left if left else stretch)
 
 
 def crack_size(crack: Crack, box: np.ndarray) -> float:
-    """Return the crack's size: the largest distance of a point of it in the box (2, 3) from its fronts.
+    """Return the crack's size: the largest distance of its points in the box (2, 3) from its fronts.
 
-    That is the radius of a penny and a half penny, the lesser semi-axis of an ellipse, the depth of an edge
-    crack, the half width of a through crack. Triangles that may hold a farther point than the farthest
-    centre known are split, and again.
+    This is the radius of a penny or half penny, the smaller semi-axis of an ellipse, the depth of an edge
+    crack, and the half width of a through crack. Triangles that may contain a point farther than the
+    farthest centre so far are bisected repeatedly.
     """
     fronts = [polyline(crack.points[front]) for front in crack.fronts]
     step = TOLERANCE * max(line.length for line in fronts)
@@ -111,9 +111,9 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
 
 
 def share_of_size(change: float, growth: float = ROOT) -> float:
-    """Return the step, over the crack's size, in which K changes by a share: it goes with size^growth.
+    """Return the step, in crack sizes, in which K ~ size^growth changes by the fraction `change`.
 
-    Where K changes less than with the root of the size it counts as that.
+    Exponents smaller than ROOT in magnitude count as ROOT.
     """
     return float((1 + change) ** (1 / max(abs(growth), ROOT)) - 1)
 
@@ -121,13 +121,13 @@ def share_of_size(change: float, growth: float = ROOT) -> float:
 def step_length(
     options: GrowthOptions, size: float, front: float, edge: float, growth: float, farthest: float
 ) -> float:
-    """Return how far the front of a crack goes in one step: as the options say, else as K lets it.
+    """Return the median extension of one step: options.extension or options.share, else a step from K.
 
-    front: length of the shortest front; edge: of its mesh; growth: d ln(K) / d ln(size). A step of its own
-    is no longer than OF_FRONT, and no shorter than an edge: that were a kink within one element of the next
-    mesh, and K there says little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again,
-    where one kink was due. farthest: the largest extension over the median. A step of its own is so short
-    that no point goes farther than MOST times what K lets the median go.
+    front: length of the shortest front; edge: its edge length; growth: d ln(K) / d ln(size); farthest:
+    largest over median extension. In a step from K, K changes by options.change; it is at most OF_FRONT,
+    and shortened so that no point exceeds MOST times that step. It is at least one edge: a shorter step is
+    a kink within one element of the next mesh, where K is unreliable. Steps of 0.8 edges kinked by 53
+    degrees and again by 58 the same way, where one kink was due.
     """
     if options.extension is not None:
         return options.extension

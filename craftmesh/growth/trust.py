@@ -1,4 +1,4 @@
-"""Which nodes of a crack's fronts steer its growth: the one rule of kinks, rates, strips and the report."""
+"""Select the front nodes that steer growth: one rule for kinks, rates, strips and the report."""
 
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -6,30 +6,31 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-# Flags of nodes whose K is not that of the front beside them: it has no meaning at the very surface, at the
-# end of a material and along a boundary of two, and errs by much elsewhere.
+# Flags of nodes whose K does not represent the front: it has no meaning at a free surface, at the end of a
+# material or along an interface, and has a large error at the others.
 DOUBTED = frozenset(("end", "limit", "interface", "short", "error"))
-# Flags of points where the front leaves the body or a grain: they steer where no other node does.
+# Flags of nodes where the front leaves the body or a grain; they do not steer if any other node can.
 PIERCED = frozenset(("end", "limit", "pierce"))
-# Nodes this near to an end of a front, in its edges, are doubted. K_II and K_III have no bound where it
-# meets a free surface, and the integrals reach over it: with those nodes the ends of a tilted half penny
-# kinked by 35 degrees, to and fro at each increment.
+# Distance from a front's end, in front edges, within which nodes are doubted. K_II and K_III are unbounded
+# where a front meets a free surface, and integration domains reach over it: with these nodes the ends of a
+# tilted half penny kinked by 35 degrees, alternating in sign, at each increment.
 END = 2.0
 
 
 class Trust(NamedTuple):
-    """steers (n,) bool: nodes whose own K counts; doubted: numbers of fronts without one to be trusted."""
+    """steers (n,): True at nodes whose own K counts; doubted: numbers of fronts without a reliable node."""
 
     steers: np.ndarray
     doubted: tuple[int, ...]
 
 
 def trusted(flags: Sequence[str], front: np.ndarray | None = None, s: np.ndarray | None = None) -> Trust:
-    """Return which nodes steer, by their flags (n,), words joined by +, fronts (n,) and arc lengths (n,).
+    """Return the nodes that steer, from their flags (n,), words joined by +, front numbers and arc lengths.
 
-    They are those without a flag of DOUBTED, and farther than END edges from the ends of an open front. Of
-    a front that has none all do but PIERCED ones, so that it goes as its K says. Without `front` there is
-    one, without s the ends are their nodes alone.
+    A node steers if it has no flag of DOUBTED and is at least END edges from each end of its front. On a
+    front without such nodes, all except PIERCED ones steer, farther than END edges from the ends if
+    possible; if all are PIERCED, all steer. front (n,): None means one front; s (n,): arc lengths, None
+    skips END.
     """
     number = np.zeros(len(flags), int) if front is None else np.asarray(front).astype(int)
     steers, pierced, ends = (~_has(flags, DOUBTED), _has(flags, PIERCED), _has(flags, {"end"}))
@@ -48,15 +49,15 @@ def trusted(flags: Sequence[str], front: np.ndarray | None = None, s: np.ndarray
 
 
 def or_all(trusted: np.ndarray, among: np.ndarray) -> np.ndarray:
-    """Return the mask (n,) of trusted rows `among` (n,) some, all of these where none is trusted."""
+    """Return the mask (n,) of rows that are trusted and `among` (n,); `among` itself if there are none."""
     both = trusted & among
     return both if both.any() else among
 
 
 def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = None) -> np.ndarray:
-    """Return the node (n,) whose K each node takes: itself where it steers, else the nearest that does.
+    """Return the index (n,) of the node whose K each node takes: its own if it steers (n,).
 
-    points (n, 3). That is one of its own front (n,); a front without any keeps its K.
+    Other nodes take K of the nearest steering node on their front (n,), or their own if it has none.
     """
     number = np.zeros(len(points), int) if front is None else front
     source = np.arange(len(points))
@@ -68,12 +69,12 @@ def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = N
 
 
 def doubted_sentence(fronts: Collection[int]) -> str:
-    """Return in words that no node of the fronts is trusted, and which nodes count instead."""
+    """Return a sentence: no node of `fronts` (numbers) is reliable, and which nodes count instead."""
     which = f"front{'s' * (len(fronts) > 1)} {', '.join(map(str, fronts))}"
-    there = "all count but those where it leaves the body or a grain"
-    return f"no node of {which} has a K to be trusted, so {there}"
+    there = "all nodes count except those where a front leaves the body or a grain"
+    return f"no node of {which} has a reliable K, so {there}"
 
 
 def _has(cells: Sequence[str], words: Collection[str]) -> np.ndarray:
-    """Return which cells (n,), words joined by +, hold one of `words`."""
+    """Return a mask (n,) of cells, words joined by +, that contain one of `words`."""
     return np.array([not set(words).isdisjoint(str(cell).split("+")) for cell in cells], bool)

@@ -73,8 +73,8 @@ WRONG_SECTIONS = [
         "inp.faces, tried on a cube .* force of 1 along x",
     ),
     ({"inp": {"combine": ["peak=a:1"]}}, "inp.combine: 'peak=a:1' has load case 'a'; expected one of none"),
-    ({"grow": {"cycle": ["peak"]}}, "grow.cycle names 'peak'; expected loads of none"),
-    ({"grow": {"cycle": ["a", "b", "c"]}}, "grow.cycle is a, b, c; expected the largest load"),
+    ({"grow": {"cycle": ["peak"]}}, "grow.cycle: unknown load case 'peak'; known: none"),
+    ({"grow": {"cycle": ["a", "b", "c"]}}, "grow.cycle is a, b, c; name the largest load"),
     (
         {"inp": {"cohesive": ["all:stiffness=1e6"]}, "solve": {"solver": "calculix"}},
         "solve.solver is calculix, but its fields are not read from decks .*; use builtin",

@@ -86,7 +86,7 @@ def test_loads_that_were_not_solved_are_named(folder, capsys):
     target = ("-o", str(folder / "none.csv"))
     for flags, said in (
         ((), "has the fields of valley, peak, shut, but the options are for pull, shear, back"),
-        ((*PAIR, "--cycle", "top"), "cycle names 'top'; expected loads of valley, peak, shut"),
+        ((*PAIR, "--cycle", "top"), "cycle: unknown load case 'top'; known: valley, peak, shut"),
     ):
         assert verb("fracture", folder, str(folder / "sums.npz"), *target, *MODEL, *flags) == 1
         assert said in capsys.readouterr().err

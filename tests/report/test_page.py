@@ -119,7 +119,7 @@ def test_a_front_without_a_k_to_be_trusted_is_told(results):
     (case,) = read_cases(results)
     flags = np.array(["end+error", "error", "short"])
     case.increments[0] = replace(case.increments[0], front=case.increments[0].front | {"flags": flags})
-    said = "Increment 000: no node of front 1 has a K to be trusted"
+    said = "Increment 000: no node of front 1 has a reliable K"
     assert said in page([case], ReportOptions())
     assert grown_rows(case)[0].k_1 == pytest.approx((case.increments[0].front["K_I"][2],) * 2)
 
