@@ -1,4 +1,4 @@
-"""Attempts at a crack until one is sound: how far each is off the given one, and what it moved."""
+"""Repeat the insertion of a crack until one attempt is sound; measure its deviation and what it moved."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,8 +27,8 @@ from craftmesh.types import CRACK, Crack, Surface
 class Inserted(NamedTuple):
     """A surface with a crack in it, and the report's numbers.
 
-    own (m,): which facets are this crack's; hidden: the area of what of it lies in voids, on their facets
-    or in another crack.
+    own (m,): mask of this crack's facets; hidden: area of the crack's parts that lie in voids, on void
+    facets or in another crack.
     """
 
     surface: Surface
@@ -38,9 +38,9 @@ class Inserted(NamedTuple):
 
 
 class Misfit(NamedTuple):
-    """Places (k, 3) where a crack is farther off the given one than it may be, and by how many times.
+    """Places (k, 3) where a crack is farther from the given one than insertion allows.
 
-    times: over the insertion's share; promised: over what is promised of the mesh.
+    times, promised: largest deviation, as a multiple of what INSERTION and what PROMISED allow.
     """
 
     places: np.ndarray
@@ -49,9 +49,9 @@ class Misfit(NamedTuple):
 
 
 class Given:
-    """A crack in a box (2, 3) as it is given; what is inserted is held to it.
+    """The given crack in a box (2, 3), with which inserted cracks are compared.
 
-    least: the length of which it may be off in shares; held: as in rim_of.
+    least: smallest target length, the unit of allowed deviations; held (k, 3): as in rim_of.
     """
 
     def __init__(self, crack: Crack, box: np.ndarray, least: float, held: np.ndarray | None = None) -> None:
@@ -60,9 +60,10 @@ class Given:
         self.area = area_within(crack, box)
 
     def misfit(self, inserted: Inserted) -> Misfit:
-        """Return the places where an inserted crack is off the given one, and by how much.
+        """Return the places where an inserted crack deviates too far from the given one, and how far.
 
-        If only its area is off, the places are those that it lacks, or else midpoints of its rim's edges.
+        If only its area deviates, the places are centres of given triangles that no inserted facet is near,
+        or else midpoints of the inserted crack's boundary edges.
         """
         surface, own = inserted.surface, inserted.surface.facets[inserted.own].astype(np.int64)
         points = surface.points
@@ -92,7 +93,7 @@ class Given:
         return Misfit(bad, most, farthest)
 
     def _lacking(self, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Return the centres (k, 3) of given triangles in the box that no facet comes near to."""
+        """Return centres (k, 3) of given triangles in the box that are farther than allowed from facets."""
         centres = self.crack.points[self.crack.triangles].mean(axis=1)
         centres = centres[((centres > self.box[0]) & (centres < self.box[1])).all(axis=1)]
         return centres[nearest_facet(centres, points, facets)[1] > INSERTION.facets * self.least]
@@ -102,21 +103,21 @@ class Given:
 
 
 class Fronts(NamedTuple):
-    """All that is front of a surface once a crack is in it: edges (k, 2) between points (n, 3)."""
+    """The given fronts, of a new crack and of earlier ones: edges (k, 2) between points (n, 3)."""
 
     points: np.ndarray
     edges: np.ndarray
 
 
 def fronts_of(surface: Surface, crack: Crack) -> Fronts:
-    """Return the fronts of a crack, and of those that are in the surface before it comes in."""
+    """Return the fronts of a crack and of the cracks that are already in the surface."""
     there = front_edges(surface) + len(crack.points)
     points = np.concatenate([crack.points, surface.points])
     return Fronts(points, np.concatenate([crack.front_edges, there]))
 
 
 def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
-    """Return where nodes of all fronts in a surface are off the given ones; least as in Given."""
+    """Return the misfit of the nodes of all fronts in a surface to the given fronts; least as in Given."""
     nodes = surface.points[np.unique(front_edges(surface))]
     if not len(nodes):
         return Misfit(nodes, 0.0, 0.0)
@@ -128,15 +129,16 @@ def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
 
 
 def fills_box(surface: Surface) -> bool:
-    """Tell whether the body ends at the planes of its box and in voids alone."""
+    """Return True if the body is bounded only by the planes of its box and by voids."""
     ends = (surface.sides == 0).any(axis=1)
     return bool(is_on_box(surface.kind[ends]).all())
 
 
 def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dict[str, int | float]:
-    """Return numbers for the report: what is off its given place, and by how much at most in model units.
+    """Return numbers for the report: boundary points, facets and crack facets moved, and how far at most.
 
-    Points of boundaries that moved within the given boundary are not counted. least: the least length.
+    Distances are in model units. Boundary points that moved within the given boundary are not counted.
+    least: smallest target length.
     """
     on_crack = after.kind == CRACK
     shared = on_crack & (after.sides[:, 0] != after.sides[:, 1]) & ~_among(before, after, least)
@@ -163,7 +165,7 @@ def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dic
 
 
 def unmoved(facets: int) -> dict[str, int | float]:
-    """Return the same numbers of a crack of so many facets that are those of grain boundaries as given."""
+    """Return the numbers of `moved` for a crack that consists of `facets` unmoved grain boundary facets."""
     return {
         "boundary_points_moved": 0,
         "boundary_facets_moved": 0,
@@ -174,7 +176,7 @@ def unmoved(facets: int) -> dict[str, int | float]:
 
 
 def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
-    """Tell which facets (m,) of `after` lie on crack facets that were there before."""
+    """Return a mask (m,) of facets of `after` whose centres lie on crack facets of `before`."""
     known = before.facets[before.kind == CRACK]
     if not len(known):
         return np.zeros(len(after.facets), bool)
@@ -183,9 +185,9 @@ def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
 
 
 def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: float) -> CutSurface:
-    """Split the edges of facets near places (k, 3) that are not too short; no point moves.
+    """Split edges of facets near places (k, 3), unless an edge is too short; no point moves.
 
-    Smaller facets tell better on which side of a curved crack they are. least: the least target length.
+    Smaller facets resolve better on which side of a curved crack they lie. least: smallest target length.
     """
 
     corners = surface.points[surface.facets]
@@ -202,15 +204,15 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     return result
 
 
-# Each later one has smaller facets where the one before is unsound; where they are as small as they get, or
-# no crack came in, it has half of snap and snap_front. Wavy cracks along a boundary need six.
+# Most attempts. Each has smaller facets where the last one was unsound; if they cannot get smaller, or the
+# insertion failed, it has half of snap and snap_front. Wavy cracks along a boundary need six.
 ATTEMPTS = 8
-# Times farther off the given crack than is promised, from which one is refused: a part of it is lost.
+# Largest deviation from the given crack, in promised ones, before an error: beyond it a part is lost.
 GROSS = 10.0
 
 
 class Attempt(NamedTuple):
-    """What an attempt made, of which surface, and how it is off the given crack."""
+    """An attempt: the surface made, the cut surface from which it was made, and its misfit."""
 
     made: Inserted
     cut: CutSurface
@@ -224,10 +226,10 @@ def soundest(
     options: InsertOptions,
     insert: Callable[[CutSurface, InsertOptions], Inserted],
 ) -> Attempt:
-    """Return the first sound attempt at inserting a crack, or else the one that is least off.
+    """Return the first sound attempt at inserting a crack, or else the attempt with the smallest misfit.
 
-    Raises CraftmeshError where none ends in a crack, and where facets meet others or lie far off the given
-    crack in every one.
+    insert: makes one attempt on a surface. Raise CraftmeshError if every attempt fails, or if in the best
+    one facets intersect or lie far off the given crack.
     """
     best, refusal = None, CraftmeshError("")
     for _ in range(ATTEMPTS):
@@ -253,17 +255,17 @@ def soundest(
 
 
 def refuse_gross(off: Misfit) -> None:
-    """Raise where a crack is off by GROSS times what is promised."""
+    """Raise CraftmeshError if a crack deviates by more than GROSS times what is promised."""
     if off.promised > GROSS:
         raise CraftmeshError(
-            f"the crack cannot be inserted as it is given: near {told(off.places[0])} what is in the mesh "
-            f"would be {off.promised:.0f} times farther off it than it may be; move the crack a little, or "
-            "give a shorter l_min"
+            f"the crack cannot be inserted as it is given: near {told(off.places[0])} the mesh would "
+            f"deviate by {off.promised:.0f} times the allowed distance; move the crack a little, or give a "
+            "shorter l_min"
         )
 
 
 def _judged(made: Inserted, cut: CutSurface, given: Given) -> Attempt:
-    """Return the attempt, infinitely off where facets meet others."""
+    """Return the attempt with its misfit, which is inf if crack facets intersect others."""
     pairs = crack_intersections(made.surface)
     if len(pairs):
         places = made.surface.points[made.surface.facets[pairs]].mean(axis=(1, 2))
@@ -272,18 +274,18 @@ def _judged(made: Inserted, cut: CutSurface, given: Given) -> Attempt:
 
 
 def refuse_intersections(surface: Surface) -> None:
-    """Raise where crack facets meet facets beyond the corners and edges they share."""
+    """Raise CraftmeshError if crack facets intersect facets outside shared corners and edges."""
     pairs = crack_intersections(surface)
     if len(pairs):
         place = told(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)))
         raise CraftmeshError(
-            f"the crack's facets meet others near {place} ({len(pairs)} pairs): it runs along the box "
-            "or a grain boundary there; move it a little, turn it or give a shorter l_min"
+            f"the crack's facets intersect others near {place} ({len(pairs)} pairs): the crack runs along "
+            "the box or a grain boundary there; move it a little, turn it or give a shorter l_min"
         )
 
 
 def crack_intersections(surface: Surface) -> np.ndarray:
-    """Return the pairs (k, 2) of facets, one of the crack or both, that meet beyond what they share."""
+    """Return pairs (k, 2) of facets, one or both of the crack, that intersect outside what they share."""
     crack = surface.kind == CRACK
     corners = surface.points[surface.facets]
     rows = np.flatnonzero(meets_box(corners, span_of(corners[crack])))

@@ -261,7 +261,7 @@ def test_crack_facets_that_meet_the_box_are_refused():
         np.concatenate([model.sides, [[1, 1]]]),
         np.append(model.kind, CRACK),
     )
-    with pytest.raises(CraftmeshError, match="meet others near"):
+    with pytest.raises(CraftmeshError, match="intersect others near"):
         refuse_intersections(poking)
     corners[2, 2] = 1.7
     inside = Surface(np.concatenate([model.points, corners]), poking.facets, poking.sides, poking.kind)
