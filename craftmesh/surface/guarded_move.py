@@ -79,7 +79,7 @@ def guarded_move(
 def _among(
     pairs: np.ndarray, known: np.ndarray | None, points: np.ndarray, facets: np.ndarray
 ) -> np.ndarray:
-    """Return a mask (k,) of pairs (k, 2) of facets that are in `known`; None: that intersect at the points."""
+    """Return a mask (k,) of the pairs (k, 2) in `known`; None: of pairs that intersect at the points."""
     if known is None:
         rows = np.unique(pairs)
         known = rows[intersecting_pairs(points, facets[rows])]

@@ -100,7 +100,7 @@ def _displacement(
 ) -> np.ndarray:
     """Return least-squares displacements (n, 3) that add the missing volumes, limited at each vertex.
 
-    lists: corner lists of the facets; grains (m, 2): rows from `_rows`; missing (g,): volume that each grain
+    lists: the facets' corner lists; grains (m, 2): rows from `_rows`; missing (g,): volume that each grain
     lacks; mobile (n, 3): mask of coordinates that may change. The gradient of a volume at a vertex is a
     third of the area vectors of its facets. The weights are inverse vertex areas, so a patch moves by the
     same distance along its normal whatever the sizes of its facets.
