@@ -15,9 +15,9 @@ from craftmesh.extras import extra
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-# The modules of packages that are imported under another name, or that a package in the extra brings.
+# The modules of packages that are imported under another name, or that another package brings.
 MODULES = {"pynrrd": "nrrd", "pillow": "PIL", "pyyaml": "yaml"}
-BROUGHT = {"markupsafe": "jinja2", "mpl_toolkits": "matplotlib"}
+BROUGHT = {"llvmlite": "numba", "markupsafe": "jinja2", "mpl_toolkits": "matplotlib"}
 NOT_IMPORTED = {"lxml", "snakemake-executor-plugin-slurm"}  # by trimesh, by Snakemake
 OF_ABAQUS = "craftmesh.processes.abaqus_displacements"  # runs in Abaqus' Python
 DOORED = ("formats", "pictures", "tetwild", "workflow")
@@ -53,10 +53,10 @@ def foreign_imports() -> set[tuple[str, str, str]]:
 
 def test_imports_are_those_of_pyproject():
     found = foreign_imports()
-    assert {package for _, package, name in found if not name} == imported_by(PROJECT["dependencies"])
-    for door in DOORED:
-        packages = {BROUGHT.get(package, package) for _, package, name in found if name == door}
-        assert packages == imported_by(EXTRAS[door]), door
+    required = {"": PROJECT["dependencies"], **{door: EXTRAS[door] for door in DOORED}}
+    for door, packages in required.items():
+        imported = {BROUGHT.get(package, package) for _, package, name in found if name == door}
+        assert imported == imported_by(packages), door
     assert {name for _, _, name in found} == {"", *DOORED}
 
 

@@ -146,7 +146,7 @@ def test_what_comes_in_by_no_choice_is_refused_with_what_the_last_said(model, cr
 def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(model, crack, given, made):
     far = made._replace(hidden=40 * AREA_KEPT * AREA_PROMISED * given.area)
     with pytest.raises(
-        CraftmeshError, match=r"near \[.*\] what is in the mesh would be \d+ times farther off"
+        CraftmeshError, match=r"near \[.*\] the mesh would deviate by \d+ times the allowed"
     ):
         attempts_at(model, crack, given, [far])
 

@@ -40,4 +40,4 @@ def test_a_refused_campaign_is_one_line(new_folder):
     status, printed, told = craftmesh(folder, "run", "config.yaml")
     assert status == 1 and printed == ""
     error = told.splitlines()[-1]
-    assert error.startswith("craftmesh: error: ") and "v.npz" in error and "not there" in error
+    assert error.startswith("craftmesh: error: ") and "v.npz" in error and "does not exist" in error
