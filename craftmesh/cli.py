@@ -49,7 +49,9 @@ def run(argv: list[str]) -> int:
         return 0
     verb, *rest = argv
     if verb not in VERBS:
-        raise CraftmeshError(f"{verb!r} is not a verb; expected one of {', '.join(VERBS)}")
+        near = importlib.import_module("difflib").get_close_matches(verb, VERBS, 1)
+        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(VERBS)}"
+        raise CraftmeshError(f"unknown subcommand {verb!r}; {hint}")
     from craftmesh.commands.flags import Parser
 
     module = load(verb)

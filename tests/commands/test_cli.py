@@ -99,7 +99,8 @@ def test_every_verb_has_help(verb, capsys):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        ("unknown", "'unknown' is not a verb; expected one of init, plan, run"),
+        ("other", "unknown subcommand 'other'; known: init, plan, run"),
+        ("tetrahedralise", "unknown subcommand 'tetrahedralise'; did you mean tetrahedralize?"),
         ("remesh", "the following arguments are required"),
         ("remesh gone.npz -o s.vtp", "gone.npz: no such file"),
         ("gradate gone.vtp -o s.vtp", "gone.vtp"),
