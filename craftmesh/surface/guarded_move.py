@@ -64,6 +64,9 @@ def guarded_move(
         moved = targets(held) if callable(targets) else np.where(held[:, None], points, targets)
         changed = touching(facets, (moved != last).any(axis=1))
         bad = spoiled(points, moved, facets, lists, changed, levels, astuple(bounds))
+        # Held facets are bad only by a wedge with a neighbour that moves, which may not have changed since.
+        held_still = bad & held[facets].all(axis=1)
+        bad |= touching(facets, vertices_around(facets, held_still, 0, len(points)))
         if spoils is not None:
             bad |= spoils(moved)
         pairs = intersecting_pairs(moved, facets, chosen=changed)
