@@ -8,6 +8,7 @@ from craftmesh.gradation.kernels.codes import DONE, NO_NEED
 from craftmesh.gradation.kernels.one_pass import one_pass
 from craftmesh.gradation.passes import Limits, filled_grid
 from craftmesh.gradation.state import State, make_state
+from craftmesh.surface.kernels.facet_measures import shape_of
 from craftmesh.types import INTERFACE, Crack, Surface
 
 # A cube of one grain.
@@ -18,6 +19,11 @@ def helix(count: int) -> np.ndarray:
     """Return points (count, 3) of which no three lie on a line and no four in a plane."""
     turn = np.arange(count)
     return np.column_stack([np.cos(turn), np.sin(turn), 0.3 * turn])
+
+
+def facet_shapes(points, facets) -> np.ndarray:
+    """Return the quality and the shortest edge (2, m) of facets (m, 3), one by one."""
+    return np.array([shape_of(points, *corners) for corners in facets.tolist()]).T
 
 
 def sheet(facets, sides=(1, 2), kind=INTERFACE, points=None) -> Surface:

@@ -225,8 +225,7 @@ def changed_edges(mesh: Mesh) -> np.ndarray:
     """Return the edges (e, 2) of the facets that have changed since the last pass of swaps."""
     ends = facet_edges(mesh.facets[mesh.changed & mesh.alive])
     stride = len(mesh.points)
-    keys = np.sort(ends.min(axis=1) * stride + ends.max(axis=1))
-    keys = keys[np.diff(keys, prepend=-1) > 0]
+    keys = np.unique(ends.min(axis=1) * stride + ends.max(axis=1))
     return np.stack([keys // stride, keys % stride], axis=1)
 
 

@@ -40,11 +40,7 @@ class Classification:
         meet without a common edge is a junction.
         """
         facets, count = self.surface.facets.astype(np.int64), len(self.surface.points)
-        # hash of each patch: its sum over an edge's facets identifies the set of patches there
-        mixed = np.arange(1, self.patch.max(initial=-1) + 2).astype(np.uint64)
-        mixed *= np.uint64(0x9E3779B97F4A7C15)
-        mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
-        rank = line_ranks(facets, self.patch, mixed, count)
+        rank = line_ranks(facets, self.patch, count)
         rank[tied_vertices(facets, count)] = AT_JUNCTION
         return rank
 

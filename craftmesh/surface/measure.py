@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from craftmesh.surface.kernels.distances import nearest_facets
-from craftmesh.surface.kernels.facet_measures import angles_of, area_vectors_of, shapes_of, volumes_from
+from craftmesh.surface.kernels.facet_measures import angles_of, area_vectors_of, volumes_from
 from craftmesh.surface.rounding import ROUNDING
 
 FLAT = 1e-10
@@ -64,14 +64,6 @@ def point_normals(area: np.ndarray, facets: np.ndarray, count: int) -> np.ndarra
     for corner in facets.T:
         np.add.at(normals, corner, area)
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-
-
-def facet_shapes(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return qualities (m,) of facets (m, 3), 1 if equilateral and 0 if flat, and shortest edges (m,).
-
-    Quality is 4 sqrt(3) area / sum of squared edges.
-    """
-    return shapes_of(*_for_kernels(points, facets))
 
 
 def is_degenerate(points: np.ndarray, facets: np.ndarray) -> np.ndarray:

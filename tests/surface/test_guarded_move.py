@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from few_facets import fan
+from few_facets import facet_shapes, fan
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
@@ -12,7 +12,7 @@ from craftmesh.surface.guarded_move import SETTLING, MoveBounds, guarded_move
 from craftmesh.surface.kernels.corner_lists import corner_lists
 from craftmesh.surface.kernels.spoiled import spoiled
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, edge_lengths, facet_shapes
+from craftmesh.surface.measure import area_vectors, edge_lengths
 from craftmesh.surface.patches import PLANES
 from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import Surface

@@ -4,13 +4,8 @@ import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
+from craftmesh.surface.kernels.neighbours import hashed
 from craftmesh.surface.kernels.triangles import FOLD
-
-
-@lean_kernel
-def _mixed(vertex):
-    key = np.uint64(vertex + 1) * np.uint64(0x9E3779B97F4A7C15)
-    return (key ^ (key >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
 
 
 @kernel
@@ -27,7 +22,7 @@ def even_stars(points, facets):
         x, y, z = area_vector(points, facets[f, 0], facets[f, 1], facets[f, 2])
         for k in range(3):
             v = facets[f, k]
-            link[v] += _mixed(facets[f, (k + 1) % 3]) - _mixed(facets[f, (k + 2) % 3])
+            link[v] += hashed(facets[f, (k + 1) % 3]) - hashed(facets[f, (k + 2) % 3])
             normals[v, 0] += x
             normals[v, 1] += y
             normals[v, 2] += z
@@ -45,12 +40,9 @@ def even_stars(points, facets):
             along = x * u + y * s + z * t
             if is_thin or along <= 0.0 or along * along <= FOLD * FOLD * size2 * (u * u + s * s + t * t):
                 even[v] = False
-            elif abs(u) < abs(t):  # heights of the corners over a plane through the normal
-                before, behind = _height(points, v, b, 0.0, t, -s), _height(points, v, c, 0.0, t, -s)
-                turns[v] += before < 0.0 <= behind
-            else:
-                before, behind = _height(points, v, b, -s, u, 0.0), _height(points, v, c, -s, u, 0.0)
-                turns[v] += before < 0.0 <= behind
+            else:  # heights of the corners over a plane through the normal
+                p, q, r = (0.0, t, -s) if abs(u) < abs(t) else (-s, u, 0.0)
+                turns[v] += _height(points, v, b, p, q, r) < 0.0 <= _height(points, v, c, p, q, r)
     for v in range(len(points)):
         even[v] = even[v] and link[v] == 0 and turns[v] == 1
     return even

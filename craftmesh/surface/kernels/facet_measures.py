@@ -35,15 +35,6 @@ def shape_of(points, a, b, c):
 
 
 @kernel
-def shapes_of(points, facets):
-    """Return the quality (m,) and the shortest edges (m,) of the facets, as `shape_of`."""
-    quality, shortest = np.empty(len(facets)), np.empty(len(facets))
-    for f in range(len(facets)):
-        quality[f], shortest[f] = shape_of(points, facets[f, 0], facets[f, 1], facets[f, 2])
-    return quality, shortest
-
-
-@kernel
 def angles_of(points, facets):
     """Return the angles (m, 3) in degrees at the corners of the facets."""
     angles = np.empty(facets.shape)

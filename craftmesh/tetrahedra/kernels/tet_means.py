@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.jit import lean_kernel
+from craftmesh.surface.kernels.facet_shape import squared_distance
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, all_aspect_ratios
 
 
@@ -38,10 +39,8 @@ def mean_edges(points, tets, mean, count):
     for t in range(len(tets)):
         for i in range(3):
             for j in range(i + 1, 4):
-                a, b, square = tets[t, i], tets[t, j], 0.0
-                for axis in range(3):
-                    square += (points[a, axis] - points[b, axis]) ** 2
-                length = np.sqrt(square)
+                a, b = tets[t, i], tets[t, j]
+                length = np.sqrt(squared_distance(points, a, b))
                 for v in (a, b):
                     mean[v] += length
                     count[v] += 1
