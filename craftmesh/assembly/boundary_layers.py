@@ -28,7 +28,7 @@ def boundary_layers(
 
     Nodes 1 to 3 of an element are on grain a, with the normal out of it, and nodes 4 to 6 on b, at the same
     points: one element on a face with 3 nodes, four on one with 6. Nodes are separated as in a crack
-    (`opened_along`): those of a triple line into 3 if all its boundaries are chosen. Old nodes keep their
+    (`opened_along`): a node of a triple line into 3 if all its boundaries are chosen. Old nodes keep their
     ids, in the grain of lowest id that has them, and so do elements. Node sets also get the copies of their
     nodes. A front keeps its old nodes in order; the copies of these are CRACK_FRONT_COPIES.
     """

@@ -175,7 +175,7 @@ class Campaign:
         return command_flags(fields_of(ModelOptions, self._deck(case)))
 
     def solved_flags(self, case: str) -> str:
-        """Return the `inp` flags that a case's solver needs; for a history also those of its steps."""
+        """Return the `inp` flags that a case's solver needs; a history adds the flags of its steps."""
         if not self.cases[case].runs_history:
             return self.model_flags(case)
         deck = self._deck(case)
@@ -204,7 +204,7 @@ class Campaign:
         return self.flags("import", case)
 
     def crack_flags(self, case: str, inc: str) -> str:
-        """Return the flags of an increment's cracks, after those of the lengths l_min and l0."""
+        """Return the flags of the lengths l_min and l0, and then the flags of an increment's cracks."""
         sizing = self.cases[case].settings["sizing"]
         held = {key: sizing[key] for key in CRACK_LENGTHS}
         first, *others = map(command_flags, self.crack_options(case, inc))

@@ -17,7 +17,7 @@ LONGEST = 255  # bytes, the limit of a folder's name on common file systems
 _NAME = re.compile(r"\w[\w.-]*")
 SYNTHETIC = "synthetic"
 NO_CRACK = "none"
-PRESCRIBED, GROW, UNTIL = "prescribed", "grow", "until"
+PRESCRIBED = "prescribed"
 
 
 def as_case_name(text: str) -> str:
@@ -54,7 +54,8 @@ class Case:
     """A case. microstructure: a path or SYNTHETIC.
 
     crack: names of cracks separated by commas, or NO_CRACK.
-    growth: PRESCRIBED, or GROW until the crack ends, after `increments` at the latest. UNTIL means GROW.
+    growth: PRESCRIBED; "grow" or "until", which mean the same, for growth until the crack ends, after
+    `increments` at the latest.
     row: the case name in the table's row; it differs from `name` only if the row is swept.
     place: the file, line and case, with which error messages begin.
     swept: the case's value of each column or key (section.key) that is swept in its row.

@@ -87,9 +87,10 @@ RULES = tuple(_COSTS)  # in the order of the work
 
 
 def effort(rule: str, sizes: Sizes, chunks: int = 2, is_warm: bool = False) -> Effort:
-    """Return what a job of a rule of the workflow takes; `chunks` jobs share an increment's tetrahedra.
+    """Return the CPU seconds and megabytes that a job of a workflow rule takes.
 
-    is_warm: whether stages run in children of one process.
+    chunks: number of jobs that share an increment's tetrahedra. is_warm: whether stages run in children of
+    one process.
     """
     cost = _COSTS[rule]
     share = 2 / chunks if rule == "tetrahedralize" else 1.0

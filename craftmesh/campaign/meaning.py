@@ -56,7 +56,7 @@ def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
 def _keyed(section: str, message: str, keys: Collection[str]) -> str:
     """Return a stage's error message with `section.` in front of the key with which it begins.
 
-    keys: those of the section. A message that begins with no key gets `section: ` in front.
+    keys: the section's keys. A message that begins with no key gets `section: ` in front.
     """
     key = message.split()[0].rstrip(":,").partition("[")[0]
     return f"{section}.{message}" if key in keys else f"{section}: {message}"

@@ -49,7 +49,8 @@ def read_path(key: str, text: str, folder: Path = Path()) -> str:
 def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
     """Raise CraftmeshError for a target below results written as `~/x`, which Snakemake does not expand.
 
-    words: those of the command; given: results as the configuration has it; results: the same expanded.
+    words: the words of the command line; given: the key `results` as the configuration has it; results: its
+    expanded path.
     """
     word = next((word for word in words if word.startswith(f"{given}/")), None)
     if word and given != results:

@@ -86,7 +86,7 @@ class Choice:
 
 
 def choice(value: Any, schema: Mapping[str, Any], place: str) -> Choice:
-    """Return the values of a key in one cell: one value, or those of a list that is not itself a value."""
+    """Return the values of a key in one cell: the items of a list, unless the list is itself a value."""
     value = filled(value, schema)
     takes_lists = "array" in kinds_of(schema)
     if not isinstance(value, list) or (takes_lists and is_valid(value, schema)):

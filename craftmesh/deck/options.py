@@ -34,8 +34,8 @@ class DeckOptions(ModelOptions):
     )
     orientations: str = option(
         "grain",
-        "axes of sections: the grain's mean, or for each element those of its nearest voxel, if import "
-        "kept them (voxel_orientations); builtin and K take the mean",
+        "axes of sections: the grain's mean, or for each element the axes of its nearest voxel, if "
+        "import kept them (voxel_orientations); builtin and K take the mean",
         choices=("grain", "element"),
     )
     steps: tuple[str, ...] = option(

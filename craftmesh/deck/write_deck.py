@@ -73,7 +73,7 @@ def write_deck(
     y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row = grain id.
     templates: the materials that user_material names, from `parse_templates`. Grains of unknown orientation
     get sections without one. The same input gives the same bytes. With `includes` the mesh goes to
-    `mesh_file(target)`; both files are written, or neither. Returns counts, including those of quarter
+    `mesh_file(target)`; both files are written, or neither. Returns counts, also of quarter
     points. Raises CraftmeshError if a grain whose material is not isotropic has no orientation, a phase has
     no material, the element type does not fit the mesh, the load has no face to act on, the solvers cannot
     read a set's name, or a stream should have includes.

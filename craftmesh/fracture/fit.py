@@ -152,7 +152,7 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
 def fit_segment(
     line: FrontLine, segments: Segments, segment: int, s: np.ndarray, weights: np.ndarray, knots: float
 ) -> Fitted:
-    """Return values along a segment whose integrals with the tests equal those of the forces.
+    """Return values along a segment; their integrals with the test functions equal the forces' integrals.
 
     s (n,), weights (n, c): the segment's nodes, and their forces times q's factor across the front. knots:
     length of the spline pieces in local sizes.

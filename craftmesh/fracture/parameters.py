@@ -88,7 +88,7 @@ def fracture_parameters(
     """Return the parameters along all fronts of a solved 10-node mesh, and a report.
 
     displacement (n, 3) of all nodes; stiffness (g, 6, 6) of grains (g,), ascending ids, in order 11, 22,
-    33, 12, 13, 23 of sample axes. Units are those of stiffness and mesh: K in stress times root of length.
+    33, 12, 13, 23 of sample axes. Units follow from stiffness and mesh: K in stress times root of length.
     loaded: face sets (XMIN, ...) with unknown tractions, where a front may end. contact (n, 3): forces by
     which touching lips push each other apart, None if no lips touch. lips: other tractions on the lips;
     eigenstrain (g, 3, 3): of the grains in sample axes. Raises CraftmeshError for 4-node meshes,

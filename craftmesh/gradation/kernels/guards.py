@@ -98,7 +98,10 @@ def _list_takers(state, star):
 
 @lean_kernel
 def _look_around(state, grid, star):
-    """Return how many of the grid's candidates the new facets may meet, -1 if too many, and their sheet."""
+    """Return the number of the grid's candidates that new facets may meet, and the sheet of these facets.
+
+    The number is -1 if there are too many.
+    """
     sheet = sheet_of(state, star)
     near = _list_near(state, grid, star, sheet)
     if sheet.patch >= 0 and near > 0:

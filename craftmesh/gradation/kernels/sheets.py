@@ -27,8 +27,8 @@ WAYS = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)]) - 1.0
 WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
 # Degrees: largest turns of a cell's facets from their way, and of this way from a sheet, chosen by hand.
 OF_CELL, OF_SHEET = 50.0, 38.0
-# Squared cosines: of these turns; of the turns of old facets from their sheet; and of those of new ones, so
-# that no two facets of a sheet enclose a sharp wedge.
+# Squared cosines of the largest turns: of a cell's facets from its way, of this way from a sheet, and of
+# old and new facets from their sheet. With the last one no two facets of a sheet enclose a sharp wedge.
 CELL2, SHEET2, OLD2, NEW2 = (
     np.cos(np.radians([OF_CELL, OF_SHEET, OF_CELL + OF_SHEET, 180 - SHARP_WEDGE - OF_CELL - OF_SHEET])) ** 2
 )
@@ -63,7 +63,10 @@ def _faces(x, y, z, u, v, w, cosine2):
 
 @lean_kernel
 def join(common, patch, x, y, z):
-    """Return what the facets of a cell have in `common` with one more of a patch and an area vector."""
+    """Return the code that a cell's facets have in common after one more facet is entered.
+
+    common: the code before; patch and (x, y, z): patch and area vector of the new facet.
+    """
     if common == EMPTY:
         way = 0
         for n in range(len(WAYS)):
