@@ -1,6 +1,6 @@
-"""The verbs of the command line, one module each.
+"""The subcommands of the command line, one module each.
 
-A verb reads files, calls one stage, and writes what it returns. `verbs` has their list, `flags` makes
-flags of the stages' options, and `stage_io` has what all share: files, progress, warnings, errors. What
-several verbs ask for stands in `mesh_flags`, `microstructure` and `run_deck`.
+A subcommand reads files, calls one stage, and writes the stage's results. `verbs` lists the subcommands,
+`flags` makes flags from the stages' option classes, and `stage_io` has file flags, reports and warnings.
+`mesh_flags`, `mesh_output`, `microstructure` and `run_deck` have code that several subcommands share.
 """

@@ -1,8 +1,8 @@
 """Merge the grains' tetrahedra by surface node and open the crack.
 
-Where grains are left without tetrahedra, or with mesher tetwild, the whole model is meshed here; last,
-points slide within the surface, which --no-optimise omits: give the same sizes and options as to
-tetrahedralize.
+If grains are left without tetrahedra, or the mesher is tetwild, this subcommand meshes the whole model.
+Last, surface points move within the surface to improve tetrahedra, unless --no-optimise is given. Give the
+same sizes and options as to tetrahedralize.
 """
 
 import argparse

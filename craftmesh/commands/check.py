@@ -1,4 +1,4 @@
-"""Check the invariants of any stage file: one line per breach and exit status 1; measure the mesh."""
+"""Check the invariants of any stage file: print a line per breach, exit with 1; measure a mesh."""
 
 import argparse
 from pathlib import Path
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     file, check_file = arguments.file, of_suffix(arguments.file, CHECKS)
     if arguments.quality and file.suffix != ".vtu":
-        raise CraftmeshError(f"--quality measures a mesh .vtu; {file} is none")
+        raise CraftmeshError(f"--quality measures a mesh .vtu; {file} is not a .vtu")
     breaches = check_file(file, arguments)
     for breach in breaches:
         print(breach)
@@ -51,7 +51,7 @@ def _mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
 
 
 def _volume_or_surface(file: Path, _: argparse.Namespace) -> list[str]:
-    """Check labels, a surface or a crack; a sizing by reading it."""
+    """Return the breaches of labels, a surface or a crack; a sizing is only read."""
     from craftmesh.io.stage_npz import is_sizing
     from craftmesh.io.vtk import read_body, read_polygons
     from craftmesh.mesh.check import check
@@ -67,7 +67,7 @@ def _volume_or_surface(file: Path, _: argparse.Namespace) -> list[str]:
 
 
 def _text(file: Path, _: argparse.Namespace) -> list[str]:
-    """Check a deck; islands and fronts by reading them."""
+    """Return the breaches of an input deck; islands and fronts are only read."""
     from craftmesh.deck.check_deck import check_deck
     from craftmesh.io.front_csv import read_front
     from craftmesh.voxels.islands import islands_from_json

@@ -1,7 +1,7 @@
-"""Remove what no later stage needs: surfaces and parts of the tetrahedra of cases of which all is made.
+"""Remove files that no later stage needs: surfaces and chunks of tetrahedra of finished cases.
 
-Their decks, meshes, results, pictures and logs stay, and no job runs again for it. Where a changed option
-asks for a stage that reads what was removed, Snakemake makes that first.
+Decks, meshes, results, pictures and logs of the cases stay, and the removal makes no job run again. If an
+option changes and a stage needs a removed file, Snakemake makes the file first.
 """
 
 import argparse
@@ -16,13 +16,13 @@ from craftmesh.errors import CraftmeshError, existing
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("results", type=Path, help="folder of results")
-    parser.add_argument("-n", "--dry-run", action="store_true", help="only tell what would be removed")
+    parser.add_argument("-n", "--dry-run", action="store_true", help="only print what would be removed")
 
 
 def run(arguments: argparse.Namespace) -> None:
     if not arguments.dry_run and LOCKS.is_dir() and any(LOCKS.iterdir()):
         raise CraftmeshError(
-            f"{LOCKS}: a campaign runs here; wait for its end, or after a kill `snakemake --unlock`"
+            f"{LOCKS}: a campaign runs here; wait for its end, or after a kill run `snakemake --unlock`"
         )
     freed = 0
     for path in spare(existing(arguments.results)):
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def spare(results: Path) -> Iterator[Path]:
-    """Yield the files and folders that `clean` removes."""
+    """Yield the files and folders in a folder of results that `clean` removes."""
     for one in standings(results):
         if one.job is None:
             case = results / one.case
@@ -43,6 +43,6 @@ def spare(results: Path) -> Iterator[Path]:
 
 
 def disk(path: Path) -> int:
-    """Return the bytes of a file, or of all files in a folder."""
+    """Return the size in bytes of a file, or of all files in a folder."""
     files = [path] if path.is_file() else [file for file in path.rglob("*") if file.is_file()]
     return sum(file.stat().st_size for file in files)

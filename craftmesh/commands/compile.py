@@ -1,8 +1,8 @@
-"""Compile the kernels ahead of use: by running the stages on small cracked models, in a folder of its own.
+"""Compile the kernels ahead of use: run the stages on small cracked models in a temporary folder.
 
-Kernels are compiled by their first use, and kept on disk. So are Python's modules, whatever the variable
-PYTHONDONTWRITEBYTECODE says. Do it once before many jobs start, each of which would compile them.
-`craftmesh run` does it beside the first stages, half of the kernels in a process each.
+A kernel is compiled at its first use and kept on disk. Python's modules are kept too, whatever the variable
+PYTHONDONTWRITEBYTECODE says. Compile once before many jobs start, because each job would compile them.
+`craftmesh run` compiles while its first stages run, in two processes with half of the kernels each.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from craftmesh.io.front_csv import write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.jit import is_kept
-from craftmesh.report.shaded import draw  # of the last stage that compiles
+from craftmesh.report.shaded import draw  # a kernel of the last stage that compiles
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels import planar
 from craftmesh.types import Surface, Voxels
@@ -32,7 +32,7 @@ CELLS = 6  # along the cube's edges
 ALL, GRADATE, VOLUME = "all", "gradate", "volume"
 SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
 MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,121400,75400"
-# The command lines from voxels, noisy ones, up to a gradated surface: its tetrahedra are poor, ...
+# Command lines from noisy voxels to a gradated surface, which gives poor tetrahedra to optimise.
 VOXELS = (
     "generate --shape 14 14 14 --grains 3 --shuffled 0.3 -o generated.npz",
     "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
@@ -42,13 +42,13 @@ VOXELS = (
     "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
     "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
 )
-# ... the crack and the lengths of the cube, a surface that no kernel has made, of few tetrahedra; ...
+# Crack and sizing of the cube, a surface that is made without kernels and has few tetrahedra.
 CUBE = (
     "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
 )
 GRADATED = ("gradate gradated.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",)
-# ... and from either surface to the growth of its crack.
+# Command lines from either surface to the growth of its crack.
 SURFACE = (
     "tetrahedralize gradated.vtp --sizing sizing.npz --chunk 1/1 -o part.npz",
     "assemble gradated.vtp part.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv",
@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         choices=tuple(LINES),
         default=ALL,
-        help=f"{ALL} stages (default), {GRADATE} alone, or those from tetrahedralize on ({VOLUME})",
+        help=f"{ALL} stages (default), only {GRADATE}, or the stages from tetrahedralize on ({VOLUME})",
     )
 
 
@@ -93,8 +93,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 @contextmanager
 def compiling_ahead() -> Iterator[None]:
-    """Compile in processes beside this block, where nothing was compiled yet and there is a second core."""
-    # not niced: a stage would wait for a kernel whose turn it is there, on a busy machine for minutes
+    """Compile in other processes during this block, if nothing is compiled yet and there are two cores."""
+    # not niced: on a busy machine a stage would wait minutes for a kernel that such a process compiles
     words = [sys.executable, "-m", "craftmesh.cli", "compile"]
     alone = is_kept(draw) or len(os.sched_getaffinity(0)) == 1
     parts = () if alone else (GRADATE, VOLUME)
@@ -108,18 +108,18 @@ def compiling_ahead() -> Iterator[None]:
             yield
         finally:
             for child in children:
-                os.killpg(child.pid, signal.SIGTERM)  # with the verb that it runs
+                os.killpg(child.pid, signal.SIGTERM)  # and the subcommand that it runs
                 child.wait()
 
 
 def saddle() -> np.ndarray:
-    """Return points (k, 3), the last one the first, of a front whose crack is curved, for the voxels."""
+    """Return points (k, 3) of a closed front of a curved crack in the voxels; the last equals the first."""
     angle = np.append(np.linspace(0, 2 * np.pi, 4 * CELLS, endpoint=False), 0.0)
     return np.column_stack([7 + 4 * np.cos(angle), 7 + 4 * np.sin(angle), 7.2 + 1.2 * np.sin(2 * angle)])
 
 
 def compile_patch() -> None:
-    """Compile what takes in points and edges within a crack's polygons, which the small models have not."""
+    """Compile the kernels that insert points and edges inside a crack polygon; the models need none."""
     square = np.array([[0, 0], [4, 0], [4, 4], [0, 4], [1, 0.8], [3, 2.2], [2, 1]])
     segments = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5]])
     patch = triangulate(square, segments, np.array([6]), lambda uv: np.ones(len(uv)))
@@ -128,7 +128,7 @@ def compile_patch() -> None:
 
 
 def cracked_cube() -> Surface:
-    """Return a cube of one grain, CELLS long, with a crack from its face x = 0 to its middle."""
+    """Return a cube of one grain with edge CELLS and a crack from its face x = 0 to its middle."""
     ends = [(axis, end) for axis in range(3) for end in (0, 1)]
     skin = [_plane(axis, end * CELLS, CELLS)[:, :: 1 if end else -1] for axis, end in ends]
     facets = np.concatenate([*skin, _plane(2, CELLS // 2, CELLS // 2)])
@@ -140,7 +140,11 @@ def cracked_cube() -> Surface:
 
 
 def _plane(axis: int, height: int, width: int) -> np.ndarray:
-    """Return facets (m, 3) of a plane square to an axis, normals along it, `width` cells wide."""
+    """Return facets (m, 3) of a plane perpendicular to an axis, with normals along the axis.
+
+    height, width: the plane's coordinate on the axis, and its extent along the next axis, in cells. Corners
+    are indices of the cube's grid points.
+    """
     wide, long = np.meshgrid(np.arange(width), np.arange(CELLS), indexing="ij")
     cells = np.stack([wide.ravel(), long.ravel()], axis=1)
 

@@ -1,4 +1,4 @@
-"""Print a shell's script that completes verbs, their options and files, made by shtab."""
+"""Print a shell script that completes subcommands, options and files; shtab makes the script."""
 
 import argparse
 import importlib
@@ -15,7 +15,7 @@ SHELLS = ("bash", "zsh", "tcsh")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("shell", choices=SHELLS, help="the shell that is to run the script")
+    parser.add_argument("shell", choices=SHELLS, help="shell that will run the script")
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def whole_parser() -> argparse.ArgumentParser:
-    """Return a parser with every verb of the command line; files are completed where a path is expected."""
+    """Return a parser of all subcommands, with file completion for arguments that are paths."""
     parser = Parser(prog="craftmesh")
     parser.add_argument("--version", action="store_true", help="print the version")
     verbs = parser.add_subparsers(parser_class=Parser)

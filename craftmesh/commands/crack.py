@@ -1,4 +1,4 @@
-"""Make the crack of one increment: by its shape, from files, or along boundaries of grains."""
+"""Make the crack of one increment: from a shape, from files, or along grain boundaries."""
 
 import argparse
 from dataclasses import fields, replace
@@ -26,7 +26,7 @@ from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxe
 from craftmesh.types import Voxels
 from craftmesh.voxels.reading import read_marked
 
-LENGTHS = ("l_min", "l0")  # of the sizing: those that l_min depends on
+LENGTHS = ("l_min", "l0")  # the sizing options on which l_min depends
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(
         parser,
         "--surface",
-        "surface .vtp before any crack, whose boundaries shape boundaries takes; default: the volume",
+        "surface .vtp before any crack, with the boundaries for shape boundaries; default: the volume",
     )
-    add_file(parser, "--previous", "crack .vtp of the increment before; refuse a smaller one")
+    add_file(parser, "--previous", "crack .vtp of the previous increment; a smaller crack is rejected")
     add_report(parser)
     add_options(parser, CrackOptions)
     parser.add_argument(
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=argparse.REMAINDER,
         default=[],
         metavar="OPTIONS",
-        help="a further crack; its options follow, and nothing else but more cracks",
+        help="a further crack; its options follow, and after them only further cracks",
     )
     others = (item.name for item in fields(SizingOptions) if item.name not in LENGTHS)
     add_options(parser, SizingOptions, skip=others)
@@ -69,8 +69,8 @@ def run(arguments: argparse.Namespace) -> None:
             path = arguments.surface or arguments.volume
             if path.suffix != ".vtp":
                 raise CraftmeshError(
-                    f"shape boundaries with {path}: its boundaries are those of a surface; give --surface, "
-                    "a .vtp of craftmesh remesh"
+                    f"shape boundaries with {path}: the shape needs the grain boundaries of a surface; "
+                    "give --surface, a .vtp of craftmesh remesh"
                 )
             cracks.append(crack_in_boundaries(read_surface(existing(path)), options, increment))
             report: Numbers = {}
@@ -97,10 +97,10 @@ def given_surface(
     grid: Voxels | None = None,
     l_min: float | None = None,
 ) -> tuple[GivenSurface | None, Numbers]:
-    """Return the surface of `increment`, None for shapes by numbers, and how far it is from its source.
+    """Return the crack surface of an increment, None for a shape given by numbers, and a fit report.
 
-    box (2, 3): the model's; grid: its voxels where they are known; l_min: by which a surface may be off
-    measured points. Raises CraftmeshError that names the key or the file.
+    box (2, 3): the model's box; grid: the model's voxels if known; l_min: scale of the allowed distance
+    between surface and measured points. Raises CraftmeshError that names the key or the file.
     """
     check_crack(options, increment)
     if options.shape == "surface":
@@ -125,7 +125,7 @@ def given_surface(
 
 
 def _triangulated(options: CrackOptions, increment: int) -> GivenSurface:
-    """Return the triangles of a file; a .vtp's lines are its fronts, but for those of options.front."""
+    """Return the triangles of a file, with fronts from options.front, else from the lines of a .vtp."""
     with named("crack.file"):
         advice = f"expected a triangulated surface .vtp, {LISTED}"
         path = existing_file(given_file(options, increment), advice)
@@ -143,12 +143,12 @@ def _triangulated(options: CrackOptions, increment: int) -> GivenSurface:
 def _one_front(path: str) -> np.ndarray:
     fronts = read_fronts(path)
     if len(fronts) > 1:
-        raise CraftmeshError(f"{path}: has {len(fronts)} fronts; expected one in the file of an increment")
+        raise CraftmeshError(f"{path}: contains {len(fronts)} fronts; write one front per increment file")
     return fronts[0]
 
 
 def options_of(arguments: argparse.Namespace) -> list[CrackOptions]:
-    """Return the options of each crack: those before --and, and those after each of them."""
+    """Return the options of each crack: from the flags before --and, and after each --and."""
     parts: list[list[str]] = [[]] if arguments.others else []
     for word in arguments.others:
         if word == "--and":

@@ -1,4 +1,4 @@
-"""Run the demo of a crack that grows through a synthetic polycrystal; results come into this folder."""
+"""Run the demo of a crack that grows through a synthetic polycrystal; results go to this folder."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""Draw an increment for the report: its grains, element sizes and crack, and what the 3-D view shows."""
+"""Draw an increment for the report: grains, element sizes, crack, and the scene of the 3-D view."""
 
 import argparse
 import json
@@ -16,7 +16,7 @@ from craftmesh.report.shown_mesh import scene, shown_mesh
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu of an increment")
-    add_file(parser, "--solution", "solution.npz, beside its .vtu: draw it deformed too")
+    add_file(parser, "--solution", "solution.npz, with its .vtu next to it: also draw the deformed body")
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder for the pictures"
     )

@@ -25,8 +25,8 @@ from craftmesh.mesh.second_order import as_elements
 SUFFIXES = [f".{kind}" for kind in EXPORTS]
 OF_THE_MESH = ("element", "quarter_points")
 HEALED = (
-    "note: both lips of a crack lie in one place, each with nodes of its own; programs that join nodes in "
-    "one place heal the crack: --opening 0.01 moves the lips apart"
+    "note: both faces of a crack coincide, each with nodes of its own; programs that merge coincident "
+    "nodes heal the crack: --opening 0.01 moves the faces apart"
 )
 
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, f"file in the format of its suffix: {', '.join(SUFFIXES)}")
     add_microstructure(parser)
-    add_file(parser, "--sizing", "sizing .npz of `craftmesh size`, whose l_min --opening refers to")
+    add_file(parser, "--sizing", "sizing .npz of `craftmesh size`, which has the l_min of --opening")
     add_file(parser, "--angles", "write the grains' Bunge angles by block, for MOOSE, to this .csv")
     add_options(parser, ExportOptions)
     others = [field.name for field in dataclasses.fields(DeckOptions) if field.name not in OF_THE_MESH]
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
             f"{arguments.output}: suffix {suffix!r}; expected one of {', '.join(SUFFIXES)}"
         )
     if arguments.output.exists() and arguments.output.samefile(arguments.volume):
-        raise CraftmeshError(f"{arguments.output}: is the mesh that is read; give another name")
+        raise CraftmeshError(f"{arguments.output}: is the input mesh; choose another output name")
     options, written = options_from(arguments, DeckOptions), options_from(arguments, ExportOptions)
     kind, labels = suffix[1:], arguments.microstructure
     if (arguments.angles or kind == GRAIN_TABLE) and not labels:
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
             "give --microstructure"
         )
     if written.opening and not arguments.sizing:
-        raise CraftmeshError("--opening is in l_min, which the sizing has; give --sizing")
+        raise CraftmeshError("--opening is in units of l_min, which the sizing has; give --sizing")
     mesh, _ = as_elements(read_tets(arguments.volume), options.element, bool(options.quarter_points))
     grains, row = np.unique(mesh.grain, return_inverse=True)
     known, phases = known_of_grains(grains, labels)
@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def known_of_grains(grains: np.ndarray, labels: Path | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return quaternions (k, 4) of grains (k,), NaN where unknown, and their phases (k,), else -1."""
+    """Return quaternions (k, 4), NaN if unknown, and phases (k,), -1 if unknown, of grains (k,)."""
     quaternions, phases = np.full((len(grains), 4), np.nan), np.full(len(grains), -1)
     if labels:
         voxels = read_labels(existing(labels))
@@ -91,10 +91,10 @@ def known_of_grains(grains: np.ndarray, labels: Path | None) -> tuple[np.ndarray
 
 
 def block_angles(grains: np.ndarray, known: np.ndarray, labels: Path) -> np.ndarray:
-    """Return phi1, PHI, phi2 (n, 3) in degrees of the blocks 1 to n, 0 where the mesh has no such grain.
+    """Return Bunge angles (n, 3) in degrees, row k - 1 for grain k; 0 for ids that the mesh does not have.
 
-    MOOSE's PropertyReadFile takes rows so, and the angles as of the active turn from crystal to sample
-    axes. known: quaternions (k, 4) of the grains (k,). Raises CraftmeshError for a grain without one.
+    MOOSE's PropertyReadFile reads these rows and takes the angles as the active rotation from crystal to
+    sample axes. known: quaternions (k, 4) of the grains (k,). Raises CraftmeshError if one is NaN.
     """
     lost = grains[~np.isfinite(known).all(axis=1)]
     if len(lost):

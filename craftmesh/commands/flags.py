@@ -24,7 +24,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[str] = ()) -> None:
-    """Add one group of flags for each option class; `skip` names fields that the verb sets itself."""
+    """Add one group of flags for each option class; `skip`: names of fields that get no flag."""
     for cls in classes:
         words = re.findall("[A-Z][a-z]+", cls.__name__.removesuffix("Options"))
         group = parser.add_argument_group(" ".join(words).lower() + " options")
@@ -34,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[
 
 
 def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any:
-    """Return an instance of `cls` with the flags that were given, and `values` over them."""
+    """Return an instance of `cls` from the given flags; `values` override flags."""
     given = {
         field.name: getattr(arguments, field.name)
         for field in dataclasses.fields(cls)
@@ -45,7 +45,7 @@ def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any
 
 
 def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: Any) -> None:
-    """Add the flag of one field; when it is not given, the class keeps its default."""
+    """Add the flag of one field. If the user does not give the flag, the class default applies."""
     flag = "--" + field.name.replace("_", "-")
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     keywords: dict[str, Any] = {"default": argparse.SUPPRESS, "required": required, "help": _help(field)}
@@ -59,7 +59,7 @@ def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: An
 
 
 def value_type(hint: Any) -> tuple[Callable, int | str | None]:
-    """Return the type of a field's values and their count as argparse has it: None, "+" or a number."""
+    """Return the type of a field's values and the `nargs` of argparse: None, "+" or a number."""
     kind, *others = (part for part in alternatives(hint) if part is not types.NoneType)
     items = items_of(kind)
     if items is None:

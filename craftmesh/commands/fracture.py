@@ -1,7 +1,7 @@
 """Find J, K_I, K_II, K_III and T along the crack's fronts: from the displacements of a solved mesh.
 
-Give the options with which it was solved: a field that does not fit them is refused, unless load is none.
-Planes that the load holds, moves or pulls count as loaded where a front ends on them.
+Give the options with which the mesh was solved: a displacement field that does not fit them is rejected,
+unless load is none. Box faces that the load holds, moves or pulls count as loaded if a front ends on them.
 """
 
 import argparse
@@ -34,15 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     parser.add_argument("solution", type=Path, help="solution .npz of `craftmesh solve`")
     add_output(parser, "parameters .csv, one row per front node")
-    add_file(parser, "--json", "what was integrated, and how far to trust it")
+    add_file(parser, "--json", "write what was integrated, with reliability measures, to this .json")
     add_microstructure(parser)
     add_file(
-        parser, "--crack", "crack surface .vtp: find how it grows as well, columns kink_angle and extension"
+        parser, "--crack", "crack surface .vtp: also find its growth, columns kink_angle and extension"
     )
     add_file(
         parser,
         "--last",
-        "the --json of the increment before, made with --crack: load cycles are counted on from there",
+        "the --json of the previous increment, made with --crack: load cycles are counted from there",
     )
     add_units(parser, "the units in --json")
     add_options(parser, FractureOptions, ModelOptions, GrowthOptions)
@@ -79,5 +79,5 @@ def run(arguments: argparse.Namespace) -> None:
     if crack is not None:
         if doubted := report["growth"].get("doubted"):
             said = doubted_sentence(doubted)
-            warn(f"{arguments.output}: {said}; shorter edges there (sizing.l_min) make K surer")
+            warn(f"{arguments.output}: {said}; shorter edges there (sizing.l_min) make K more reliable")
         tell(report["growth"], None)

@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _voids(options: GenerateOptions) -> np.ndarray:
-    """Return the spheres (v, 4) of the file that options name."""
+    """Return spheres (v, 4), centre and radius, from the file `options.voids_from`; none without a file."""
     if options.voids_from is None:
         return np.zeros((0, 4))
     path = existing(Path(options.voids_from))
@@ -41,7 +41,10 @@ def _voids(options: GenerateOptions) -> np.ndarray:
 
 
 def _summary(asked: int, labels: np.ndarray) -> str:
-    """Return in a line how many grains and voids there are, and what part of the box is material."""
+    """Return a line with the counts of grains and voids and the material's fraction of the box.
+
+    asked: number of void spheres in the options and the file.
+    """
     present = np.unique(labels)
     text = f"{(present > 0).sum()} grains, {(labels > 0).mean():.3f} of the box"
     if asked:

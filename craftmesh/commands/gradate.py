@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "gradated surface .vtp")
     add_report(parser)
     add_front(parser)
-    add_crack(parser, "that crack facets and fronts keep to")
+    add_crack(parser, "that crack facets and fronts stay close to")
     add_sizing(parser)
     add_options(parser, GradateOptions)
 

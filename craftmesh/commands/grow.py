@@ -1,4 +1,4 @@
-"""Grow a crack by one increment: its fronts go by the kink angles and extensions of sif.csv."""
+"""Grow a crack by one increment: its fronts advance by the kink angles and extensions of sif.csv."""
 
 import argparse
 from pathlib import Path
@@ -29,10 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="labels .npz, volume .vti or surface .vtp that gives the box",
     )
     add_output(parser, "grown crack surface .vtp")
-    add_file(parser, "--base", "write the crack that the strip was joined to, a .vtp")
-    add_file(parser, "--step", "write which way the strip went, node by node, a .csv")
-    add_file(parser, "--last-base", "the crack that the strip before was joined to")
-    add_file(parser, "--last-step", "which way it went: it is laid again, corrected")
+    add_file(parser, "--base", "write the crack to which the new strip was joined, a .vtp")
+    add_file(parser, "--step", "write the strip's direction and length at each node, a .csv")
+    add_file(parser, "--last-base", "the --base file of the previous increment")
+    add_file(parser, "--last-step", "its --step file: this strip is made again, corrected")
     add_report(parser)
     add_options(parser, SmoothingOptions, CorrectionOptions)
 
@@ -59,11 +59,11 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _last_step(arguments: argparse.Namespace) -> Step | None:
-    """Read what the crack grew from, None where the flags name no files."""
+    """Return the previous step from the files of --last-base and --last-step; None if neither is given."""
     base, step = arguments.last_base, arguments.last_step
     if (base is None) != (step is None):
         raise CraftmeshError(
-            "one of --last-base and --last-step is given alone; expected both, of the increment before"
+            "only one of --last-base and --last-step is given; give both, of the previous increment"
         )
     if step is None:
         return None

@@ -1,4 +1,4 @@
-"""Turn craftmesher's config.xml into a configuration, and say what it could not carry over."""
+"""Turn craftmesher's config.xml into a configuration, and list settings without counterpart."""
 
 import argparse
 from pathlib import Path
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> None:
         place = "" if str(error).startswith(str(arguments.config)) else f"{arguments.config}: "
         raise CraftmeshError(f"{place}{error}") from None
     notes.append(f"cases: name the microstructures in {CASES}")
-    comments = "".join(f"# {line}\n" for line in ["Not carried over, or to be looked at:", *notes])
+    comments = "".join(f"# {line}\n" for line in ["Not carried over, or to be checked:", *notes])
     text = yaml.safe_dump(config, sort_keys=False, allow_unicode=True)
     with atomic_path(arguments.output) as temporary:
         temporary.write_text(f"# From {arguments.config.name} of craftmesher.\n{comments}\n{text}", "utf-8")

@@ -1,4 +1,4 @@
-"""Write a first configuration for a microstructure: one that runs, with a crack in the middle of a face."""
+"""Write a first configuration for a microstructure: it runs, with a crack in the middle of a face."""
 
 import argparse
 import shlex
@@ -25,7 +25,7 @@ from craftmesh.voxels.reading import AUTO, ReadOptions, read_voxels
 from craftmesh.voxels.remapping import RawVolume
 from craftmesh.voxels.voxel_graph import dispersed, find_pieces, median_grain, speck_size
 
-ROUNDS = 2  # of smoothing, where boundaries are rough: what the report of import advises
+ROUNDS = 2  # smoothing rounds for rough boundaries, as the report of import advises
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="configuration .yaml, the sheet of cases .tsv is written beside it (default NAME.yaml)",
+        help="configuration .yaml; the case table .tsv is written next to it (default NAME.yaml)",
     )
     add_options(parser, ReadOptions)
 
@@ -47,12 +47,12 @@ def run(arguments: argparse.Namespace) -> None:
     config = arguments.output or Path(f"{name}.yaml")
     if config.suffix.lower() not in (".yaml", ".yml"):
         raise CraftmeshError(
-            f"--output is {config}; expected a configuration .yaml, its sheet .tsv is written beside it"
+            f"--output is {config}; expected a configuration .yaml, its case table .tsv comes next to it"
         )
     sheet = config.with_suffix(".tsv")
     for path in (config, sheet):
         if path.exists():
-            raise CraftmeshError(f"{path}: is there already; remove it, or name another file with -o")
+            raise CraftmeshError(f"{path}: exists already; remove it, or choose another file with -o")
     read_path("the microstructure", str(source))
     raw = _read(source, options_from(arguments, ReadOptions))
     with ProgressLine("init") as progress:
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
         try:
             read_campaign(read_config(temporaries[0]) | {"cases": str(temporaries[1])})
         except CraftmeshError as error:
-            raise CraftmeshError(f"{source}: its campaign would be refused, {error}") from None
+            raise CraftmeshError(f"{source}: its campaign would be rejected, {error}") from None
     shape = " x ".join(map(str, voxels.labels.shape))
     across = f"{first.across:.4g} across in the file's unit of length"
     print(f"{source}: {shape} voxels, grains: {first.grains}, the median one {across}")
@@ -86,9 +86,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _read(source: Path, options: ReadOptions) -> RawVolume:
-    """Return a volume, unindexed voxels around the sample as empty space: filled, its grains would grow.
+    """Return the volume of a file, with unindexed voxels around the sample taken as empty space.
 
-    Raises CraftmeshError for other unindexed voxels in pieces as large as grains, or through the box.
+    If they were filled, the outer grains would grow. Raises CraftmeshError if other unindexed voxels form
+    connected components as large as the median grain, or components that span the box.
     """
     raw = read_voxels(source, options)
     labels = raw.voxels.labels
@@ -104,25 +105,25 @@ def _read(source: Path, options: ReadOptions) -> RawVolume:
     if not surrounds(labels, pieces):
         with named(source):
             size = int(pieces.voxels[space].max())
-            why = f"a piece of {size} voxels is as large as the median grain, or goes through the box"
+            why = f"a component of {size} voxels is as large as the median grain, or spans the box"
             raise ask_for_background(labels, why)
     note = (
         f"label {options.background_value}, {counted(int(raw.unindexed.sum()), raw.unindexed.size)}, "
-        "surrounds the rest and is taken as empty space; background unindexed says otherwise"
+        "surrounds the rest and is taken as empty space; to fill it instead, set background to unindexed"
     )
     empty = read_voxels(source, replace(options, background=VOID))
     return replace(empty, background=VOID, notes=(*empty.notes, note))
 
 
 def _cleaned(raw: RawVolume, progress: Callable[[float, str], None]) -> tuple[CleanOptions, Voxels, dict]:
-    """Return the cleaning that a volume needs, the cleaned voxels and the report."""
+    """Return the cleaning options that a volume needs, the cleaned voxels and the report."""
     options = CleanOptions(fill_unindexed=bool(raw.unindexed.any()), allow_single_grain=True)
     voxels, report = clean(raw, options, progress)
     size = speck_size(voxels.labels)
     fine = dispersed(find_pieces(voxels.labels), size)
     fine = fine[fine > 0].tolist()
     is_rough = report["roughness"] > ROUGH
-    if not fine and (is_rough or options.fill_unindexed):  # in made ones small grains are meant
+    if not fine and (is_rough or options.fill_unindexed):  # else small grains are real
         options = replace(options, min_island_voxels=size)
     if not fine and is_rough:
         options = replace(options, smoothing_rounds=ROUNDS)
@@ -131,7 +132,7 @@ def _cleaned(raw: RawVolume, progress: Callable[[float, str], None]) -> tuple[Cl
     voxels, report = clean(raw, options, progress)
     if fine:
         report["notes"].append(
-            f"most of grains {listed(fine)} lies in pieces under {size} voxels, which absorption or "
-            "smoothing would take away: min_island_voxels and smoothing_rounds stay 0"
+            f"most of grains {listed(fine)} lies in components under {size} voxels, which absorption or "
+            "smoothing would remove: min_island_voxels and smoothing_rounds stay 0"
         )
     return options, voxels, report

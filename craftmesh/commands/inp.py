@@ -1,4 +1,4 @@
-"""Write the complete input deck for Abaqus and CalculiX: sets, sections, materials, a tension step."""
+"""Write the complete input deck for Abaqus and CalculiX: sets, sections, materials, steps."""
 
 import argparse
 from collections.abc import Mapping
@@ -47,13 +47,13 @@ def run(arguments: argparse.Namespace) -> None:
 def _with_layers(
     model: ElasticModel, options: DeckOptions, known: Mapping[str, Any]
 ) -> tuple[ElasticModel, CohesiveLayers]:
-    """Return the model opened along grain boundaries, under the load of the whole body, and its layers."""
+    """Return the model opened along grain boundaries, with the loads of the closed body, and its layers."""
     pairs = grain_pairs(model.mesh)
     laws = laws_of_pairs(options.cohesive, pairs, model, known.get("phases"), known.get("crystals"))
     opened, elements = boundary_layers(model.mesh, laws)
     if options.element == "C3D10" and any(law.strength for law in laws.values()):
         warn(
-            "cohesive: on faces of C3D10 tractions swing about the true ones, by 5 % where stiffness * "
-            "edge / E is 0.05 and by 59 % at 1; for damage take element C3D4, or less stiffness"
+            "cohesive: on faces of C3D10 tractions oscillate about the true values, by 5 % if stiffness * "
+            "edge / E is 0.05 and by 59 % if 1; for damage use element C3D4, or less stiffness"
         )
     return replace(model, mesh=opened), CohesiveLayers(laws, elements)

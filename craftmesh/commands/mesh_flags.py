@@ -1,4 +1,4 @@
-"""Flags of the verbs that mesh: the sizing, from a file or from numbers; the given crack; fronts."""
+"""Flags of the subcommands that mesh: the sizing, from a file or from numbers; the given crack; fronts."""
 
 import argparse
 from collections.abc import Mapping
@@ -24,12 +24,12 @@ from craftmesh.types import Crack, Surface
 
 
 def add_crack(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add --crack; what: what the stage takes the crack for."""
-    add_file(parser, "--crack", f"crack .vtp {what}; default the --front where that is a .vtp")
+    """Add --crack; what: a clause that says for what the stage uses the crack."""
+    add_file(parser, "--crack", f"crack .vtp {what}; default the --front if that is a .vtp")
 
 
 def given_crack(arguments: argparse.Namespace) -> Crack | None:
-    """Return the crack of --crack, or else that of --front where it is one."""
+    """Return the crack of --crack, else the crack of --front if this is a .vtp, else None."""
     file = arguments.crack or arguments.front
     return read_crack(file) if file is not None and (arguments.crack or file.suffix == ".vtp") else None
 
@@ -40,23 +40,23 @@ def add_front(parser: argparse.ArgumentParser) -> None:
 
 def add_sizing(parser: argparse.ArgumentParser) -> None:
     add_file(
-        parser, "--sizing", "sizing .npz of `craftmesh size`, in place of the front and all sizing options"
+        parser, "--sizing", "sizing .npz of `craftmesh size`; replaces the front and all sizing options"
     )
     add_options(parser, SizingOptions)
 
 
 def check_sizing(arguments: argparse.Namespace) -> None:
-    """Raise CraftmeshError where flags that make a sizing stand beside --sizing, or it is not there."""
+    """Raise CraftmeshError if --sizing is given with other sizing flags, or its file does not exist."""
     names = ["front", *(item.name for item in fields(SizingOptions))]
     given = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name, None) is not None]
     if arguments.sizing and given:
-        raise CraftmeshError(f"--sizing {arguments.sizing} holds all sizes; leave out {', '.join(given)}")
+        raise CraftmeshError(f"--sizing {arguments.sizing} has all sizes; remove {', '.join(given)}")
     if arguments.sizing:
         existing(arguments.sizing)
 
 
 def given_sizing(arguments: argparse.Namespace, surface: Surface) -> Sizing | None:
-    """Return the sizing function where a file of it, a front, the voids or any number of it was given."""
+    """Return the sizing function, or None if the flags give no --sizing, no front and no sizing option."""
     is_given = arguments.sizing or arguments.front is not None
     if is_given or options_from(arguments, SizingOptions) != SizingOptions():
         return sizing_from(arguments, surface, arguments.front)
@@ -64,7 +64,7 @@ def given_sizing(arguments: argparse.Namespace, surface: Surface) -> Sizing | No
 
 
 def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:
-    """Return the sizing function of --sizing, or else the one around `front` that the flags describe."""
+    """Return the sizing function of --sizing, else the function that the flags and `front` define."""
     if arguments.sizing:
         return stored_sizing(arguments.sizing)
     sizing, notes = sizing_by(options_from(arguments, SizingOptions), surface, front)
@@ -73,10 +73,10 @@ def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | N
 
 
 def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> tuple[Sizing, list[str]]:
-    """Return the sizing function around the front in a file and all that `options` names, and notes.
+    """Return the sizing function around the front in a file and the sources in `options`, and notes.
 
-    That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
-    Raises CraftmeshError for files that lie in another place or unit than the surface.
+    Sources are the voids of the surface, points or voids in a csv, and a field of lengths; the smallest
+    length counts. Raises CraftmeshError for files with another place or unit than the surface.
     """
     lengths, box = None, surface.box
     if options.field:
@@ -102,9 +102,10 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> t
 def notes_on_sources(
     points: Mapping[Path, np.ndarray], given: Defects, sizing: Sizing, box: np.ndarray
 ) -> list[str]:
-    """Return a sentence on each file whose points (n, 3) lie outside the box (2, 3) in part.
+    """Return a sentence on each file whose points (n, 3) lie partly outside the box (2, 3).
 
-    given: what options name, whose pores reach farther. Raises CraftmeshError as `notes_on_place`.
+    points: the files' points. given: points and pores that options name; the largest pore radius widens
+    the tolerance. Raises CraftmeshError as `notes_on_place`.
     """
     reach = sizing.r1 + given.spheres[:, 3].max(initial=0.0)
     placed = [(str(path), own) for path, own in points.items() if len(own)]
@@ -112,21 +113,21 @@ def notes_on_sources(
 
 
 def coverage_notes(source: str, lengths: LengthField, points: np.ndarray) -> list[str]:
-    """Return a sentence on a field of lengths that covers some of the points (n, 3) of a surface, or none.
+    """Return a sentence if a field of lengths misses some of a surface's points (n, 3), else no sentence.
 
-    Raises CraftmeshError for a field that covers none of them.
+    Raises CraftmeshError for a field that covers none of the points.
     """
     is_covered, far = covered(points, lengths.points, LINKED)
     if is_covered.all():
         return []
     text = f"{source}: covers {is_covered.mean():.2%} of the surface's points, {far}"
     if not is_covered.any():
-        raise CraftmeshError(f"{text}; expected it in the unit and place of the body")
-    return [f"{text}; places beyond take the length of the nearest point"]
+        raise CraftmeshError(f"{text}; give the field in the unit and place of the body")
+    return [f"{text}; points beyond take the length of the nearest field point"]
 
 
 def given_defects(options: SizingOptions, box: np.ndarray) -> Defects:
-    """Return the points and voids of the file that options name, in the box (2, 3); none without one."""
+    """Return points and voids of the file `options.points` in the box (2, 3); none without a file."""
     if not options.points:
         return Defects()
     path = existing(Path(options.points))
@@ -135,7 +136,7 @@ def given_defects(options: SizingOptions, box: np.ndarray) -> Defects:
 
 
 def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
-    """Return the spheres (s, 4) of a file in model units; raises CraftmeshError where none is in it."""
+    """Return a file's spheres (s, 4) in model units; raise CraftmeshError if none touches the box."""
     spheres = given.in_box(box)
     if len(spheres) and not touches_box(spheres, box).any():
         span = span_of(spheres[:, :3])
@@ -145,14 +146,14 @@ def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
             + (
                 "x, y, z, r of a void list are fractions of the box"
                 if len(given.voids)
-                else "expected the units and the origin of the microstructure, scale the table"
+                else "expected the units and the origin of the microstructure; scale the table"
             )
         )
     return spheres
 
 
 def stored_sizing(path: Path) -> Sizing:
-    """Read the sizing function in a file of `craftmesh size`; raises CraftmeshError that names the file."""
+    """Return the sizing function in a file of `craftmesh size`; CraftmeshError names the file."""
     arrays = read_sizing(path)
     with named(path):
         return sizing_of(arrays)

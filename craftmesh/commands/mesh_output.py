@@ -1,4 +1,4 @@
-"""Flags and files of the verbs that end in the mesh."""
+"""Flags and output files of the subcommands that write the mesh."""
 
 import argparse
 
@@ -13,16 +13,19 @@ from craftmesh.tetrahedra.volume import Volume
 
 
 def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of the verbs that end in the mesh, which `write_mesh` and `given_sizing` read."""
+    """Add the flags that `write_assembled` and `given_sizing` read."""
     add_file(parser, "--front-csv", "ordered front nodes with their frames")
     add_report(parser)
     add_front(parser)
-    add_crack(parser, "that was inserted: what is one crack there has plain sets, in however many pieces")
+    add_crack(parser, "that was inserted: it decides which components of the mesh crack count as one crack")
     add_sizing(parser)
 
 
 def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict) -> None:
-    """Write the mesh of a volume, its report and, where --front-csv names a file, the ordered fronts."""
+    """Write the mesh of a volume, its report and, with --front-csv, the ordered fronts.
+
+    report: counts that the report begins with.
+    """
     mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
     warn(flat_sentence(flat_tets(mesh)), severed_sentence(mesh))
     if arguments.front_csv is not None:

@@ -1,4 +1,4 @@
-"""The grains' orientations and phases: the flag of the verbs that make a model of a mesh."""
+"""The grains' orientations and phases, for the subcommands that make a model from a mesh."""
 
 import argparse
 from collections.abc import Mapping
@@ -24,10 +24,10 @@ def add_microstructure(parser: argparse.ArgumentParser) -> None:
 
 
 def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return what files say of the model: the arguments of `elastic_model` that are known.
+    """Return the keyword arguments of `elastic_model` that the given files define.
 
-    `orientations`, `phases` and `crystals` by --microstructure, others by --lip-field and
-    --eigenstrain-file.
+    --microstructure defines `orientations`, `phases` and `crystals`; --lip-field defines `lip_field`;
+    --eigenstrain-file defines `grain_strains`.
     """
     found: dict[str, Any] = {}
     if field := getattr(arguments, "lip_field", ""):
@@ -45,10 +45,10 @@ def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
 def as_in_deck(
     model: ElasticModel, options: DeckOptions, arguments: argparse.Namespace, known: Mapping[str, Any]
 ) -> tuple[ElasticModel, UserMaterials | None]:
-    """Return the model with axes of its elements, and its user materials, where the options ask for them.
+    """Return the model, with element axes if options ask for them, and its user materials or None.
 
-    known: by `known_of_files`. Raises CraftmeshError where the axes are not known, and for materials whose
-    sections have none.
+    known: the result of `known_of_files`. Raises CraftmeshError if element axes are asked for without
+    --microstructure, or with a user material whose constants hold the axes.
     """
     materials, name = None, options.user_material
     if name:
@@ -61,8 +61,8 @@ def as_in_deck(
     for user in materials.by_phase.values() if materials else ():
         if not user.has_sections_axes:
             raise CraftmeshError(
-                f"orientations: element, and the constants of {name} hold the axes, one "
-                "material a grain; expected a template whose sections have them, as single_crystal"
+                f"orientations: element, but the constants of {name} hold the axes, one "
+                "material per grain; use a template whose sections have them, as single_crystal"
             )
     axes = element_axes(model.mesh, read_labels(arguments.microstructure))
     return replace(model, element_axes=axes), materials

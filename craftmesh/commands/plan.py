@@ -1,4 +1,4 @@
-"""Tell what a campaign will run before it runs: jobs, elements, about how long and how much memory."""
+"""Estimate what a campaign will run before it runs: jobs, elements, time and memory."""
 
 import argparse
 import json
@@ -84,10 +84,10 @@ def run(arguments: argparse.Namespace) -> None:
 def sizes_of(
     campaign: Campaign, cases: Collection[Case], faults: list[str] | None = None
 ) -> dict[str, dict[str, Sizes]]:
-    """Return by case the sizes of each increment, of which the sheet knows the last at most.
+    """Return, by case and increment, voxels, facets and elements, up to the case table's last increment.
 
-    Cases that differ in nothing that sizes depend on are counted once. faults: gets a sentence for each
-    case whose crack its stages will refuse.
+    Cases that agree in all settings on which sizes depend are computed once. faults: gets a sentence for
+    each case whose crack the stages will reject.
     """
     sizes: dict[str, dict[str, Sizes]] = {}
     known: dict[str, dict[str, Sizes]] = {}
@@ -96,7 +96,7 @@ def sizes_of(
         made = Path(campaign.results) / case.name / "labels.npz"
         keys = case.settings["import"]
         if case.microstructure == SYNTHETIC:
-            keys = case.settings["generate"] | {"seed": 0}  # the sizes of all seeds are alike
+            keys = case.settings["generate"] | {"seed": 0}  # sizes hardly depend on the seed
         volume = [case.microstructure, json.dumps(keys), json.dumps(case.settings["import"])]
         volume = [str(made)] if made.is_file() else volume
         asked = {key: case.settings[key] for key in ("cracks", "sizing", "stitch")}
@@ -121,9 +121,10 @@ def sizes_of(
 
 @lru_cache(maxsize=1)  # the cases of a sweep follow one another
 def _filled(microstructure: str, made: str, imported: str) -> Voxels:
-    """Return the volume that a file and its keys, as JSON, make.
+    """Return the volume of a microstructure, cleaned only if it has unindexed voxels.
 
-    Of the cleaning only the filling of voxels changes how much material there is.
+    made, imported: the sections `generate` or `import`, and `import`, as JSON. Only the filling of
+    unindexed voxels changes the amount of material; other cleaning does not.
     """
     keys = json.loads(imported)
     if microstructure == SYNTHETIC:
@@ -137,10 +138,10 @@ def _filled(microstructure: str, made: str, imported: str) -> Voxels:
 
 
 def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str, Crack]:
-    """Return the cracks of an increment by name, as far as they are known before it is solved.
+    """Return estimates of an increment's cracks by name, before anything is solved.
 
-    A crack that grows is taken as larger by a step at each increment; of a shape from files that grows,
-    the first is taken; one along grain boundaries, which are not there yet, as a penny of its radius.
+    A growing crack of a shape by numbers is enlarged by one step per increment. A growing crack from files
+    stays the first one. A crack along grain boundaries counts as a penny of its radius, without one not.
     """
     cracks = {}
     for name in case.cracks:
@@ -162,7 +163,10 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
 
 
 def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
-    """Return why the stages will refuse cracks by name: in no material, or along a face; empty if not."""
+    """Return why the stages will reject a crack: outside the material, or close to a face; else "".
+
+    cracks: by name.
+    """
     for name, crack in cracks.items():
         if not is_in_material(crack, voxels):
             return (
@@ -177,7 +181,7 @@ def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
 
 
 def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
-    """Warn of refinement points that lie outside the body; raises CraftmeshError where all of them do."""
+    """Warn about refinement points outside the body; raise CraftmeshError if all points are outside."""
     options = SizingOptions(points=case.settings["sizing"]["points"])
     given = given_defects(options, voxels.box)
     points = {Path(options.points): given.centres} if options.points else {}
@@ -185,12 +189,12 @@ def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
 
 
 def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack]) -> Sizing:
-    """Return the sizing of a case around the fronts of its cracks."""
+    """Return the sizing of a case around the fronts of its cracks, without keys `field`, `curvature`."""
     options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
     if options.l0 is None:
         options = replace(options, l0=voxel_edge(voxels))
     given = given_defects(options, voxels.box)
-    # with options.around_voids the centres of the enclosed voids' voxels beside the grains
+    # with options.around_voids: centres of the enclosed voids' voxels next to grains
     beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0) & options.around_voids
     points = [given.points, voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing]
     crack = one_crack(list(cracks.values())) if cracks else None
@@ -218,9 +222,9 @@ def _figures(efforts: list[tuple[Job, Effort]]) -> dict[str, Any]:
 
 
 def sentences(report: dict[str, Any], cores: int) -> Iterator[str]:
-    """Yield what a plan tells, one line each."""
+    """Yield the lines that a plan prints."""
     if not report["jobs"]:
-        yield "nothing to run: all is there"
+        yield "nothing to run: all files are up to date"
         return
     yield f"{report['jobs']} jobs: " + ", ".join(f"{n} {rule}" for rule, n in report["by_rule"].items())
     for name, case in report["cases"].items():
@@ -243,9 +247,9 @@ def sentences(report: dict[str, Any], cores: int) -> Iterator[str]:
 
 
 def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: int) -> float:
-    """Return the time that the jobs take on `cores` cores: shared out, but those of a growing case in turn.
+    """Return the wall-clock seconds of the jobs on `cores` cores: total time per core, or the longest case.
 
-    The chunks of an increment's tetrahedra run side by side; the increments of a case that grows do not.
+    Chunks of an increment's tetrahedra run in parallel; increments of a growing case run one by one.
     """
     shared = sum(one.seconds for _, one in efforts) / cores
     chains = [0.0]
@@ -261,7 +265,7 @@ def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: i
 
 
 def notes(campaign: Campaign) -> Iterator[str]:
-    """Yield what the figures leave out."""
+    """Yield sentences on costs that the figures omit."""
     yield "times are without the compilation of kernels, some two and a half minutes once per machine"
     yield from campaign.notes
     units = [f"{name} {unit}" for name, unit in campaign.config["units"].items() if unit]

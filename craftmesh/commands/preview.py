@@ -1,4 +1,4 @@
-"""Show a crack in its microstructure before it is meshed: what it meets, and what would be refused."""
+"""Show a crack in its microstructure before it is meshed: the grains it crosses, or why it is rejected."""
 
 import argparse
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from craftmesh.io.vtk import read_crack, read_surface
 from craftmesh.report.preview import Preview, front_lines, grain_measures, met_grains, preview_picture
 from craftmesh.types import BOX_PLANES, Surface
 
-OBLIQUE = 10.0  # degrees: the angle to a boundary under which there is little room for good tetrahedra
+OBLIQUE = 10.0  # degrees: smaller angles between crack and boundary leave little room for good tetrahedra
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def preview_of(arguments: argparse.Namespace, surface: Surface) -> Preview:
-    """Return what the crack of the arguments meets in a surface: it is inserted, and the surface let go."""
+    """Return a preview of the crack in a surface, from an insertion whose surface is not written."""
     crack = read_crack(existing(arguments.crack))
     found = traces(crack, surface)
     inserted, refused = None, ""
@@ -68,19 +68,19 @@ def preview_of(arguments: argparse.Namespace, surface: Surface) -> Preview:
 
 
 def sentences(preview: Preview) -> Iterator[str]:
-    """Yield what a preview tells, one line each."""
+    """Yield the lines that a preview prints."""
     if preview.refused:
         yield f"refused: {preview.refused}"
         yield f"grains at the boundaries that it crosses: {', '.join(map(str, preview.grains)) or 'none'}"
     for grain in preview.grains if not preview.refused else ():
         front = preview.front_length[grain]
-        ends = f"front {front:.4g} long" if front else "no front: it is cut through"
+        ends = f"front {front:.4g} long" if front else "no front: the crack cuts it through"
         yield f"grain {grain}: area {preview.area[grain]:.4g}, {ends}"
     for number, (closed, length, faces) in enumerate(preview.fronts, 1):
         where = "closed" if closed else f"from {' to '.join(faces)}"
         yield f"front {number}: {where}, {length:.4g} long"
     if preview.inserted and not preview.fronts:
-        yield "no front: the crack parts the body"
+        yield "no front: the crack severs the body"
     for one in preview.oblique:
         place = ", ".join(f"{x:.4g}" for x in one.place)
         yield f"{_between(one)} is met at {one.angle:.2g} degrees near ({place}), over {one.length:.4g}"

@@ -1,4 +1,4 @@
-"""Put the cases of all campaigns in a folder of results on one page: tables, pictures, a view to turn."""
+"""Write an HTML report on all campaigns in a folder of results: tables, pictures, a 3-D view."""
 
 import argparse
 from pathlib import Path
@@ -18,10 +18,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(
         parser,
         "--campaign",
-        f"what a campaign asked for, .json from the workflow: for the {RECORD} of its cases",
+        f"settings of a campaign, .json from the workflow: written to the {RECORD} of its cases",
     )
     add_options(parser, ReportOptions)
-    add_output(parser, "page .html")
+    add_output(parser, "report .html")
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -1,7 +1,7 @@
-"""Run a campaign with a line for each case: where it stands, and in the end why it failed.
+"""Run a campaign with a status line for each case: at the end also the reason of a failure.
 
-Snakemake runs it, with the workflow that is installed; what it says is in the folder .snakemake/log. Words
-after `--snakemake` are for it, as in `craftmesh run mine.yaml --snakemake -R gradate`.
+Snakemake runs the campaign with the installed workflow and logs to the folder .snakemake/log. Words after
+`--snakemake` are passed to Snakemake, as in `craftmesh run mine.yaml --snakemake -R gradate`.
 """
 
 import argparse
@@ -25,8 +25,8 @@ from craftmesh.errors import INTERRUPTED, CraftmeshError, existing
 from craftmesh.processes.guard import guarded, release
 from craftmesh.progress import LiveLines
 
-LOOK = 1.0  # s between two looks at the results, at least
-REST = 20  # times what a look took, in campaigns of many cases
+LOOK = 1.0  # seconds between two looks at the results, at least
+REST = 20  # a pause lasts at least this many times the last look, which is long with many cases
 _PLACE = re.compile("craftmesh: the cases of (.*), results in (.*)")
 
 
@@ -37,8 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--profile",
         metavar="FOLDER",
-        help="a profile of Snakemake, as of a cluster, in their place: profiles/slurm and "
-        "profiles/cluster-generic come along",
+        help="Snakemake profile, for example of a cluster, instead of --cores; installed: profiles/slurm "
+        "and profiles/cluster-generic",
     )
     parser.add_argument(
         "--snakemake",
@@ -51,14 +51,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_cores(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
-        "--cores", default="all", metavar="N", help="cores to be used at once (default all)"
+        "--cores", default="all", metavar="N", help="cores to use at the same time (default all)"
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
     profile = arguments.profile and _profile(arguments.profile)
     words = []
-    if arguments.config:  # before a flag of one value: what follows may be a target
+    if arguments.config:  # comes before a flag with one value, because targets may follow
         read_config(existing(arguments.config))
         words += ["--configfile", str(arguments.config)]
     words += ["--profile", profile] if profile else ["--cores", arguments.cores]
@@ -67,9 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _profile(given: str) -> str:
-    """Return a profile's folder: the given one, or that of the installed workflow if only it is there.
+    """Return the given profile folder or, if it does not exist, the installed workflow's folder.
 
-    Raises CraftmeshError for one of Slurm where there is no sbatch: Snakemake would wait without end.
+    Raises CraftmeshError for a Slurm profile if there is no sbatch, because Snakemake would wait forever.
     """
     installed = snakefile().parent / given
     folder = Path(given) if Path(given).exists() or not installed.is_dir() else installed
@@ -82,9 +82,9 @@ def _profile(given: str) -> str:
 
 
 def run_snakemake(words: Sequence[str]) -> int:
-    """Run `snakemake WORDS` with the installed workflow, tell where its cases stand; return the status.
+    """Run `snakemake WORDS` with the installed workflow, print the cases' status; return the exit status.
 
-    Raises CraftmeshError where it ends without a case that failed.
+    Raises CraftmeshError if Snakemake fails although no case failed.
     """
     command = [*snakemake_command("-m", "snakemake"), *words]
     begun, place = time.time(), None
@@ -114,15 +114,15 @@ def run_snakemake(words: Sequence[str]) -> int:
 
 @contextmanager
 def _child(command: Sequence[str], said: IO[str]) -> Iterator[subprocess.Popen]:
-    """Yield a process whose words go to `said`, and which ends with this block, however that ends."""
+    """Yield a process that prints to the file `said`; the process ends when this block ends."""
     for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP
             signal.signal(number, lambda *_: sys.exit(INTERRUPTED))
     child = guarded(command, said)
     try:
         yield child
     except KeyboardInterrupt:
-        raise CraftmeshError("stopped; the same command goes on from what is made") from None
+        raise CraftmeshError("stopped; give the same command again to continue") from None
     finally:
         release(child)
 
@@ -132,7 +132,10 @@ def _text(said: IO[str]) -> str:
 
 
 def _cases(place: re.Match | None, begun: float) -> list[Standing]:
-    """Return where the cases stand of the campaign that Snakemake has named; none before that."""
+    """Return the status of the campaign's cases; an empty list before Snakemake prints their place.
+
+    place: match of `_PLACE` in Snakemake's output. begun: start of the run, seconds since the epoch.
+    """
     return standings(Path(place[2]), place[1], begun) if place else []
 
 

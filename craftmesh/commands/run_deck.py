@@ -1,4 +1,4 @@
-"""Solvers run on a deck; of a load in steps the fields at its end, and the faces' loops."""
+"""Run external solvers on an input deck; read the final fields and the face histories of a load history."""
 
 from pathlib import Path
 
@@ -27,11 +27,11 @@ _CALLS = {
         "abaqus python {script} {job}.odb {field}",
     ),
 }
-# CalculiX where it was built without a direct solver; the field would be wrong without a word.
+# CalculiX without a direct solver prints this; its field would be wrong without a warning.
 _ITERATIVE = "iterative solver"
 
 _FIELDS = {"DISP": 3, "FORC": 3, "STRESS": 6}
-# .frd has xx, yy, zz, xy, yz, zx.
+# Components of a .frd file, xx, yy, zz, xy, yz, zx, in the order 11, 22, 33, 12, 13, 23.
 _ORDER = [0, 1, 2, 3, 5, 4]
 
 
@@ -42,10 +42,10 @@ def run_deck(
     deck: DeckOptions | None = None,
     materials: UserMaterials | None = None,
 ) -> Path:
-    """Write the deck into `folder`, run the solver on it there, and return the file that it leaves.
+    """Write the deck into `folder`, run the solver there, and return the path of its results file.
 
-    deck, materials: of a load in steps, whose faces are printed as well. Raises CraftmeshError for a deck
-    that CalculiX would refuse, and for a program that fails or leaves nothing.
+    deck, materials: given for a load history; the deck then also prints face forces. Raises CraftmeshError
+    for a deck that CalculiX would reject, and for a program that fails or writes no results.
     """
     warning = deck_warning(model) if options.solver == CALCULIX else ""
     if warning:
@@ -61,10 +61,10 @@ def run_deck(
         said = run_program(words_of(call, JOB, str(script), FIELD), results.parent, limits, log)
         if options.solver == CALCULIX and _ITERATIVE in said:
             raise CraftmeshError(
-                f"calculix: took its {_ITERATIVE}, which is not exact; take a ccx with SPOOLES"
+                f"calculix: used its {_ITERATIVE}, which is not exact; install a ccx with SPOOLES"
             )
     if not results.exists():
-        raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {folder}")
+        raise CraftmeshError(f"{options.solver}: wrote no {results.name}; see the files in {folder}")
     return results
 
 
@@ -75,11 +75,11 @@ def solved_history(
     materials: UserMaterials | None,
     folder: Path,
 ) -> tuple[Solution, np.ndarray, np.ndarray | None, dict]:
-    """Return the solution at the end of a deck's history, stress, slip and a report.
+    """Return the solution at the end of a deck's load history, nodal stress, slip and a report.
 
-    CalculiX runs it in `folder`. Stress (n, 6) is 11, 22, 33, 12, 13, 23; slip (n, s) of systems is None
-    where it is not known. Values of nodes are means over their elements, as CalculiX has them. Raises
-    CraftmeshError for a program that fails or does not get to the end, and for results that cannot be read.
+    CalculiX runs in `folder`. Stress (n, 6): 11, 22, 33, 12, 13, 23. Slip (n, s) of the slip systems: None
+    if the materials do not define it. Nodal values are CalculiX' means over elements. Raises
+    CraftmeshError if the program fails or stops early, or the results cannot be read.
     """
     results = run_deck(model, options, folder, deck, materials)
     users = list(materials.by_phase.values()) if materials else []
@@ -106,7 +106,10 @@ def solved_history(
 
 
 def _history(model: ElasticModel, deck: DeckOptions, path: Path) -> dict[str, np.ndarray]:
-    """Return the columns of the history, from the unloaded body on, in the model's unit."""
+    """Return columns by name, one row per output time, in the model's unit; row 0 is the unloaded body.
+
+    path: CalculiX' .dat file.
+    """
     loads = model.loads(step.load for step in deck.history)
     prints = read_face_prints(path)
     columns = {}

@@ -1,6 +1,6 @@
 """Make the sizing function of one increment, once for all stages: sources, numbers and fields of lengths.
 
-Stages that take --sizing then ask for the same lengths at the same place, whatever their surface.
+Stages that get this file by --sizing use the same lengths at the same point, whatever their surface.
 """
 
 import argparse
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--crack", type=Path, metavar="FILE", dest="front", help="crack .vtp to refine around its fronts"
     )
     add_file(source, "--front", "the same for a front: .csv with columns x, y, z")
-    add_file(parser, "--labels", "labels .npz: without --l0, l0 is its voxel's edge")
+    add_file(parser, "--labels", "labels .npz: without --l0, l0 is the voxel edge of these labels")
     add_report(parser)
     add_options(parser, SizingOptions)
 

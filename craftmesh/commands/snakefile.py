@@ -1,4 +1,4 @@
-"""Say where the Snakemake workflow is installed, for `snakemake -s` and for `module`."""
+"""Print where the Snakemake workflow is installed, for `snakemake -s` and for `module`."""
 
 import argparse
 
@@ -6,7 +6,7 @@ from craftmesh.campaign.home import snakefile
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add nothing: the verb has no options."""
+    """Add nothing: the subcommand has no options."""
 
 
 def run(_: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""Find the displacements of the deck's model: by the built-in solver, CalculiX, Abaqus or from a file."""
+"""Solve for the displacements of the deck's model: built-in solver, CalculiX, Abaqus, or from a file."""
 
 import argparse
 import shutil
@@ -30,18 +30,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "solution .npz: displacements and reactions by the deck's nodes")
     add_file(parser, "--vtu", "write displacements and stresses for ParaView")
-    add_file(parser, "--slip-table", "write the slip of planes at nodes, for grow.criterion slip, a .csv")
+    add_file(parser, "--slip-table", "write slip by plane at nodes, for grow.criterion slip, a .csv")
     add_microstructure(parser)
     add_file(
         parser,
         "--field",
-        f"the displacements that `external` waits for (default {FIELD} beside the output)",
+        f"displacements for solver `external` (default {FIELD} next to the output)",
     )
     parser.add_argument(
         "--work",
         type=Path,
         metavar="FOLDER",
-        help="where calculix and abaqus run; kept (default: beside the output, removed in the end)",
+        help="where calculix and abaqus run; kept (default: next to the output, removed at the end)",
     )
     add_report(parser)
     add_options(parser, DeckOptions, SolveOptions, skip=OF_THE_FILE)
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> None:
     options, deck = options_from(arguments, SolveOptions), options_from(arguments, DeckOptions)
     options.check_takes(bool(deck.cohesive), bool(deck.history), deck.has_plates)
     if deck.cohesive:
-        warn("cohesive layers are in the deck alone; this field, and K by it, are those of the welded body")
+        warn("cohesive layers are only in the deck; this field, and K from it, do not include them")
     known = known_of_files(arguments)
     model, counts = elastic_model(read_tets(arguments.volume), deck, **known)
     start = time.monotonic()
@@ -84,10 +84,10 @@ def run(arguments: argparse.Namespace) -> None:
 def _field_of(
     options: SolveOptions, given: Path, folder: Path, model: ElasticModel, case: str
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return numbers of nodes (k,), displacements (k, 3) and their file.
+    """Return node numbers (k,), displacements (k, 3) in the model's unit, and the path of their file.
 
-    A program finds them in `folder`; of external they are `given`. Raises CraftmeshError as `run_deck`, for
-    results that cannot be read, and for a file that is waited for.
+    A program runs in `folder` / `case`; solver external reads the file `given`. Raises CraftmeshError as
+    `run_deck`, for results that cannot be read, and if the external file does not exist.
     """
     read = read_displacements if options.solver == CALCULIX else read_displacement_table
     if options.solver != EXTERNAL:
@@ -98,7 +98,7 @@ def _field_of(
             raise CraftmeshError(
                 f"solver external: waits for {path}: {FORM}, a row for each node 1 to "
                 f"{len(model.mesh.points)} of the deck that `craftmesh inp` writes with the same options; "
-                "put it there and start again"
+                "write this file and start again"
             )
     numbers, displacement = read(path)
     return numbers, displacement / model.scale, str(path)
@@ -107,13 +107,16 @@ def _field_of(
 def _write_slip(
     path: Path, points: np.ndarray, slip: np.ndarray | None, materials: UserMaterials | None
 ) -> None:
-    """Write the slip (n, s) of systems at nodes, summed on each plane, as `read_slip_table` reads it."""
+    """Write a table for `read_slip_table`: points and the slip on each plane, summed over its systems.
+
+    points (n, 3); slip (n, s): of the systems. Raises CraftmeshError if no material defines slip planes.
+    """
     of = [one.slip_planes for one in materials.by_phase.values()] if materials else []
     planes = next((names for names in of if slip is not None and len(names) == slip.shape[1]), ())
     if slip is None or not planes:
         raise CraftmeshError(
-            "--slip-table: the user material does not say which state variables are slip of which planes; "
-            "give its template slip and slip_planes, as many"
+            "--slip-table: the user material does not assign state variables to the slip of planes; "
+            "give its template slip and slip_planes of equal length"
         )
     columns = {f"slip_{plane}": np.zeros(len(points)) for plane in planes}
     for plane, own in zip(planes, slip.T):

@@ -1,4 +1,4 @@
-"""What all verbs share: flags of files, and what a stage tells."""
+"""Code that all subcommands share: flags of files, and the printing of reports and warnings."""
 
 import argparse
 import sys
@@ -10,7 +10,7 @@ from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import write_json
 
 SHORT = 12
-SENTENCES = ("changes", "notes")  # lists of a report that are printed whole
+SENTENCES = ("changes", "notes")  # lists of a report of which every entry is printed
 
 
 def add_output(parser: argparse.ArgumentParser, what: str) -> None:
@@ -18,7 +18,7 @@ def add_output(parser: argparse.ArgumentParser, what: str) -> None:
 
 
 def add_file(parser: argparse._ActionsContainer, flag: str, what: str) -> None:
-    """Add a flag that names a file."""
+    """Add a flag whose value is a file path; what: its help text."""
     parser.add_argument(flag, type=Path, metavar="FILE", help=what)
 
 
@@ -27,7 +27,7 @@ def add_config(parser: argparse.ArgumentParser) -> None:
         "config",
         type=Path,
         nargs="?",
-        help="configuration .yaml; left out: the one that snakemake would take",
+        help="configuration .yaml (default: the configuration that snakemake would use)",
     )
 
 
@@ -41,12 +41,12 @@ def add_units(parser: argparse.ArgumentParser, where: str) -> None:
         nargs=2,
         metavar=("LENGTH", "STRESS"),
         default=("", ""),
-        help=f"names of your units, as um MPa, for {where}; nothing is converted",
+        help=f"names of your units, for example um MPa, for {where}; no value is converted",
     )
 
 
 def tell(report: dict, path: Path | None) -> None:
-    """Print a stage's report, one number or text a line, and write it to `path` if given."""
+    """Print a stage's report, one entry per line, and write the report to `path` if given."""
     for line in _lines(report):
         print(line)
     if path is not None:
@@ -54,13 +54,13 @@ def tell(report: dict, path: Path | None) -> None:
 
 
 def warn(*messages: str | None) -> None:
-    """Print each warning as one line on stderr; nothing for None and empty ones."""
+    """Print each message as one line on stderr; skip None and empty messages."""
     for message in filter(None, messages):
         print("craftmesh: warning:", " ".join(message.split()), file=sys.stderr, flush=True)
 
 
 def _lines(report: dict, prefix: str = "") -> Iterator[str]:
-    """Yield the report's lines, one a note; other tables and lists of many entries are only counted."""
+    """Yield a line per entry of a report and per note; for a long table or list only its count."""
     for key, value in report.items():
         name = f"{prefix}{key}".replace("_", " ")
         if key in SENTENCES:
@@ -76,7 +76,10 @@ def _lines(report: dict, prefix: str = "") -> Iterator[str]:
 
 
 def of_suffix(path: Path, table: Mapping[str, Any]) -> Any:
-    """Return what a table has for the suffix of a stage file; raises CraftmeshError for others."""
+    """Return the table's value for a path's suffix; raise CraftmeshError for an unknown suffix.
+
+    table: by suffix.
+    """
     if existing(path).suffix not in table:
         raise CraftmeshError(
             f"{path}: suffix {path.suffix!r} is not a stage file's; expected {', '.join(table)}"

@@ -1,6 +1,6 @@
-"""Tell where the cases in a folder of results stand: a line each, and the disk that they take.
+"""Print the status of the cases in a folder of results: a line each, and the disk space in use.
 
-It looks at files and logs alone, and may be called anywhere while a campaign runs elsewhere.
+The subcommand reads only files and logs, so it may be called anywhere while a campaign runs.
 """
 
 import argparse

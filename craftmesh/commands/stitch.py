@@ -45,9 +45,9 @@ def run(arguments: argparse.Namespace) -> None:
             surface, inserted = insert_crack(surface, crack, sizing, options, progress)
         if (times := inserted.get("crack_off_times", 0.0)) > 1:
             warn(
-                f"the crack in the mesh is up to {times:.2g} times farther off the given one than it "
-                f"should be (facets {PROMISED.facets} l_min, front {PROMISED.front} l_min, area 0.5 %): "
-                "move it a little, or give a shorter l_min"
+                f"the crack in the mesh is up to {times:.2g} times farther from the given crack than "
+                f"allowed (facets {PROMISED.facets} l_min, front {PROMISED.front} l_min, area 0.5 %): "
+                "move the crack a little, or give a shorter l_min"
             )
         report = report | inserted
     write_surface(arguments.output, surface)

@@ -1,6 +1,7 @@
-"""Fill the grains of a surface with tetrahedra; last, points slide within it, which --no-optimise omits.
+"""Fill the grains of a surface with tetrahedra; last, improve them by moving points within the surface.
 
-Without --sizing, --front and sizes, edges inside the grains follow those of the surface.
+--no-optimise omits the improvement. Without --sizing, --front and sizes, the lengths of edges inside the
+grains follow the surface's edges.
 """
 
 import argparse
@@ -68,9 +69,9 @@ def run(arguments: argparse.Namespace) -> None:
 def write_faults(
     output: Path, surface: Surface, repair: dict | None, failures: Sequence[GrainFailure]
 ) -> str:
-    """Write the facets that were repaired and the surfaces of grains that failed; return their names.
+    """Write repaired facets and the surfaces of failed grains; return the files' names, comma-separated.
 
-    The files lie beside `output`; surface: the one before the repair.
+    The files are written next to `output`. surface: the surface before the repair.
     """
     paths = []
     if repair:
@@ -85,7 +86,7 @@ def write_faults(
 
 
 def chunk(text: str) -> tuple[int, int]:
-    """Read K/N with 1 <= K <= N."""
+    """Return (K, N) from the text K/N with 1 <= K <= N."""
     part, _, parts = text.partition("/")
     if not (part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
         raise argparse.ArgumentTypeError(f"{text!r} is not K/N with 1 <= K <= N")

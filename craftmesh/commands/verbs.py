@@ -1,9 +1,9 @@
-"""The verbs of the command line: their order, their modules, and what each does."""
+"""The subcommands of the command line: their order, modules and one-line summaries."""
 
 import keyword
 from pathlib import Path
 
-# In the order of the way. The first words of the docstring of a verb's module are its help.
+# In the order in which a user needs them. The docstring of a subcommand's module begins with its help.
 VERBS = (
     "init",
     "plan",
@@ -39,12 +39,12 @@ COMMANDS = "craftmesh.commands"
 
 
 def module_name(verb: str) -> str:
-    """Return the name of a verb's module among the commands."""
+    """Return the name of a subcommand's module in the package `commands`."""
     return verb.replace("-", "_") + "_" * keyword.iskeyword(verb)
 
 
 def summary(verb: str) -> str:
-    """Return what a verb does: its module's docstring to the first colon or semicolon, not imported."""
+    """Return a subcommand's summary: its module's docstring up to a colon or semicolon, without import."""
     import ast
     import re
 

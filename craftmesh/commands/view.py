@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def view_arrays(file: Path) -> bytes:
-    """Show labels, or the sizes of a sizing.npz; chunks of grains and solutions lack what they refer to."""
+    """Return a picture of labels or of a sizing; raise CraftmeshError for files without their mesh."""
     from craftmesh.io.npz import load
     from craftmesh.io.stage_npz import is_sizing
     from craftmesh.report.views import lengths_picture
@@ -52,7 +52,7 @@ def view_arrays(file: Path) -> bytes:
     arrays = load(file)
     if "labels" not in arrays:
         other = "solution.vtu" if "displacement" in arrays else "volume.vtu"
-        raise CraftmeshError(f"{file}: refers to a mesh that it does not hold; view {other} beside it")
+        raise CraftmeshError(f"{file}: refers to a mesh that it does not contain; view {other} instead")
     return view_labels(file)
 
 
@@ -63,12 +63,12 @@ def view_labels(file: Path) -> bytes:
     try:
         voxels = read_voxels(file).voxels
     except CraftmeshError:
-        voxels = read_voxels(file, fills=True).voxels  # label 0 stays blank where its meaning is open
+        voxels = read_voxels(file, fills=True).voxels  # label 0 stays blank if its meaning is unknown
     return labels_picture(voxels)
 
 
 def view_polygons(file: Path) -> bytes:
-    """Show a surface or, where the file has no `sides`, a crack."""
+    """Return a picture of a surface or, if the file has no `sides`, of a crack."""
     from craftmesh.io.vtk import read_polygons
     from craftmesh.report.views import crack_picture, surface_picture
 
@@ -77,7 +77,7 @@ def view_polygons(file: Path) -> bytes:
 
 
 def view_mesh(file: Path) -> bytes:
-    """Show tetrahedra or, where the file has displacements, the deformed body."""
+    """Return a picture of tetrahedra or, if the file has displacements, of the deformed body."""
     from craftmesh.io import vtk, vtk_xml
 
     grid = vtk_xml.read_dataset(file, "UnstructuredGrid")
@@ -86,7 +86,7 @@ def view_mesh(file: Path) -> bytes:
         from craftmesh.report.pictures import as_png, deformed_body
 
         points, tets = grid.points, grid.elements(file)[:, :4]
-        # a solution has a point for each grain at a place: the first stands for all
+        # a solution has a point per grain at a shared node: the first of them represents all
         _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
         free = free_half_faces(first[inverse.ravel()][tets])
         moved = grid.at_points["displacement"]
@@ -117,7 +117,7 @@ def view_deck(file: Path) -> bytes:
 
 
 def view_front(file: Path) -> bytes:
-    """Show K along the fronts of a sif.csv, or the fronts alone."""
+    """Return a picture of K along the fronts of a sif.csv, or of the fronts if there is no K."""
     from craftmesh.io.front_csv import read_front, read_fronts
 
     columns = read_front(file)
@@ -131,7 +131,7 @@ def view_front(file: Path) -> bytes:
 
 
 _VOLUMES = [".h5", ".hdf5", *chain.from_iterable(SUFFIXES.values())]
-_VOLUMES.remove(".npy")  # which does not say its axis order
+_VOLUMES.remove(".npy")  # a .npy does not define its axis order
 VIEWS = dict.fromkeys(_VOLUMES, view_labels) | {
     ".npz": view_arrays,
     ".vtp": view_polygons,

@@ -96,10 +96,10 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
     init(tmp_path, monkeypatch, path)
     (tmp_path / "scan_1.yaml").write_text("mine")
     assert main(["init", str(path)]) == 1
-    assert "scan_1.yaml: is there already" in capsys.readouterr().err
+    assert "scan_1.yaml: exists already" in capsys.readouterr().err
     (tmp_path / "scan_1.yaml").unlink()
     assert main(["init", str(path)]) == 1
-    assert "scan_1.tsv: is there already" in capsys.readouterr().err
+    assert "scan_1.tsv: exists already" in capsys.readouterr().err
     assert not (tmp_path / "scan_1.yaml").exists()
 
 

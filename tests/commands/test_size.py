@@ -99,11 +99,11 @@ def test_stages_do_the_same_by_file_as_by_flags(folder, run):
 def test_a_sizing_and_flags_together_are_refused_in_one_line(run, verb, flags, named):
     status, said = run(f"{verb} --sizing gone.npz {flags} -o x.vtu")
     assert status == 1 and said.count("\n") == 1
-    assert f"--sizing gone.npz holds all sizes; leave out {named}" in said
+    assert f"--sizing gone.npz has all sizes; remove {named}" in said
 
 
 def test_front_and_sizing_together_are_refused(run):
-    assert "leave out --front" in run("gradate s.vtp --sizing e.npz --front f.csv -o x.vtp")[1]
+    assert "remove --front" in run("gradate s.vtp --sizing e.npz --front f.csv -o x.vtp")[1]
     assert "not allowed with" in run("size s.vtp --crack crack.vtp --front f.csv -o x.npz")[1]
 
 

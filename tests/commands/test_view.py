@@ -84,4 +84,4 @@ def test_what_cannot_be_shown_is_said_in_one_line(stages, capsys):
     assert main(["view", str(stages / "islands.json")]) == 1
     assert ".json' is not a stage file's" in capsys.readouterr().err
     assert main(["view", str(stages / "solution.npz")]) == 1
-    assert "view solution.vtu beside it" in capsys.readouterr().err
+    assert "view solution.vtu instead" in capsys.readouterr().err
