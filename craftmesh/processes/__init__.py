@@ -1,7 +1,8 @@
-"""Programs that may crash or hang, each in a process with limits.
+"""Programs and tasks that may crash or hang, each in a process with limits.
 
-`job` runs a program or names a function with its limits of time and memory; a failure comes back as
-words. `worker` keeps processes that take one task after another and outlives those that end.
-`warm` runs verbs in children of a process that has all loaded, and `costs` writes what they took.
-`abaqus_displacements` is run by Abaqus' own Python and imports nothing.
+`job` runs a program under limits of time and memory, and defines the jobs of workers; a failure comes back
+as text. `worker` runs tasks on worker processes and replaces a worker that ends. `guard` ends a program
+and its children when the owner ends. `warm` runs subcommands in children of a process that has all modules
+loaded, and `costs` writes their time and memory. `abaqus_displacements` runs in Abaqus' own Python, so it
+imports nothing of craftmesh.
 """

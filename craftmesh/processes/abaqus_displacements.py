@@ -1,4 +1,4 @@
-"""Displacements of the last frame of an Abaqus database as csv: run by Abaqus' own Python, 2 or 3.
+"""Write the displacements of an Abaqus database's last frame as csv; for Abaqus' own Python, 2 or 3.
 
 abaqus python abaqus_displacements.py model.odb field.csv
 """

@@ -1,4 +1,4 @@
-"""What a verb took, in the columns of Snakemake's benchmark files."""
+"""Time and memory of a subcommand, in the columns of Snakemake's benchmark files."""
 
 import os
 import time
@@ -8,7 +8,7 @@ from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
 from craftmesh.atomic import atomic_path
 
-VARIABLE = "CRAFTMESH_COSTS"  # names the file in which a job keeps its costs
+VARIABLE = "CRAFTMESH_COSTS"  # environment variable: path of the file for a job's costs
 COLUMNS = (
     "s",
     "h:m:s",
@@ -24,10 +24,10 @@ COLUMNS = (
 
 
 def write_costs(path: str, began: float) -> None:
-    """Write the costs of this process and of its children that have ended.
+    """Write the time and memory of this process and of its ended children to the file `path`.
 
-    began: the process's start by `time.monotonic`. Memory is the largest of any of the processes, in MB.
-    Columns that the system does not tell have NA.
+    began: start of the process by `time.monotonic`. Memory in MB is the peak of the largest single process.
+    Columns that the system does not report get NA.
     """
     seconds = time.monotonic() - began
     used = getrusage(RUSAGE_SELF), getrusage(RUSAGE_CHILDREN)
@@ -45,5 +45,5 @@ def write_costs(path: str, began: float) -> None:
 
 
 def asked_costs() -> str:
-    """Return the file for this process's costs, empty without one; programs that it starts have none."""
+    """Return the path for this process's costs, "" if none; programs that it starts write none."""
     return os.environ.pop(VARIABLE, "")

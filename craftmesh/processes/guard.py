@@ -1,8 +1,8 @@
-"""A process between a program and who started it: where either ends, all that the program runs ends too.
+"""A guard process between a program and its owner; if either ends, all children of the program end too.
 
 `python -m craftmesh.processes.guard WORDS` runs a program while the standard input of the guard is open.
-The system closes it however the guard's owner ends. Then what the program runs is killed, and the program
-itself is interrupted, as by Ctrl-C.
+However the owner ends, the system closes this input. The guard then kills the program's children and
+interrupts the program, as Ctrl-C would.
 """
 
 import os
@@ -24,13 +24,16 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def guarded(words: Sequence[str], said: IO[str]) -> subprocess.Popen:
-    """Start a program under a guard; what it says goes to the file `said`, and `release` ends it."""
+    """Start a program under a guard and return the guard's process; `release` ends both.
+
+    words: the command line; said: file for the program's output.
+    """
     command = [sys.executable, "-P", "-m", "craftmesh.processes.guard", *words]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT)
 
 
 def release(child: subprocess.Popen) -> None:
-    """End a guarded program, kill all that it runs, and wait for the program."""
+    """End a guarded program, kill its children, and wait for the program."""
     if child.stdin:
         child.stdin.close()
     child.wait()
@@ -40,10 +43,10 @@ def main() -> int:
     inherit_orphans()
     program = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL, preexec_fn=_prepare)
     for number in STOPPING:
-        signal.signal(number, signal.SIG_IGN)  # the owner hears them
+        signal.signal(number, signal.SIG_IGN)  # the owner handles these signals
     end = os.pidfd_open(program.pid)
     if end not in select.select([0, end], [], [])[0]:
-        program.send_signal(signal.SIGSTOP)  # it starts nothing more
+        program.send_signal(signal.SIGSTOP)  # the program starts no more children
         _kill(program.pid)
         program.send_signal(signal.SIGINT)
         program.send_signal(signal.SIGCONT)
@@ -53,13 +56,13 @@ def main() -> int:
 
 
 def _prepare() -> None:
-    """Let the program hear Ctrl-C, which shells take from what they run in the background."""
+    """Restore Ctrl-C for the program, because shells disable it for background jobs."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     die_with_parent(signal.SIGINT)
 
 
 def _kill(spared: int = 0) -> None:
-    """Kill all that this process and its children started, but the process `spared`."""
+    """Kill all descendants of this process except the process with the id `spared`."""
     for one in psutil.Process().children(recursive=True):
         if one.pid != spared:
             with suppress(psutil.NoSuchProcess):

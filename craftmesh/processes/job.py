@@ -20,7 +20,7 @@ _LIBC = ctypes.CDLL(None)
 
 @dataclass(frozen=True)
 class Limits:
-    """What one task may use: `time` in seconds of the clock, `memory` in gigabytes of address space."""
+    """Limits of one task: `time` in seconds of wall-clock time, `memory` in GB of address space."""
 
     time: float
     memory: float
@@ -28,10 +28,10 @@ class Limits:
 
 @dataclass(frozen=True)
 class Job:
-    """`function(shared, task)` for many tasks, each under the limits.
+    """A call `function(shared, task)` for many tasks, each under the limits.
 
-    Tasks and results are pickled. `warm_up(shared)` is called once before there are workers: they share
-    what it loads, and time limits do not count compilation.
+    Tasks and results are pickled. `warm_up(shared)` is called once before workers start. Workers then share
+    the loaded modules and kernels, and time limits do not include compilation.
     """
 
     function: Callable[[Any, Any], Any]
@@ -41,9 +41,10 @@ class Job:
 
 
 class Failure(NamedTuple):
-    """Why a task has no result, and where: rows of what the task is about, if its error names them.
+    """The reason why a task has no result.
 
-    `is_system`: the machine is at fault (a full disk, say), so that other attempts are in vain.
+    where: the attribute `where` of the task's error, for example rows of facets; () if it has none.
+    is_system: True if the machine is at fault, for example by a full disk, so that retries cannot help.
     """
 
     reason: str
@@ -52,11 +53,11 @@ class Failure(NamedTuple):
 
 
 def run_program(words: Sequence[str], folder: Path, limits: Limits, log: Path) -> str:
-    """Run a program in `folder` and return what it printed, which goes to the file `log` too.
+    """Run a program in `folder`, with its output in the file `log`, and return the output.
 
-    It and all that it starts end at the limit of time; it ends with us, however we end. Raises
-    CraftmeshError for a program that is not there, passes its limits or ends with a status that is not 0,
-    with the last lines it printed.
+    The program and its children end at the time limit; the program also ends when this process ends.
+    Raises CraftmeshError if the program cannot be started, exceeds its time limit, or ends with a status
+    other than 0; the error then has the last lines of output.
     """
     environment = os.environ | {"OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", "1")}
     with open(log, "wb") as stream:
@@ -73,7 +74,7 @@ def run_program(words: Sequence[str], folder: Path, limits: Limits, log: Path) -
             )
         except OSError as error:
             raise CraftmeshError(
-                f"{words[0]}: cannot be run ({error.strerror}); install it, or name it in full by `command`"
+                f"{words[0]}: cannot be run ({error.strerror}); install it, or give its path in `command`"
             ) from None
         try:
             status = process.wait(limits.time)
@@ -94,23 +95,23 @@ def run_program(words: Sequence[str], folder: Path, limits: Limits, log: Path) -
 
 
 def _prepare(limits: Limits) -> None:
-    """Bind the program to its limit of memory and to the life of its parent."""
+    """Set the program's memory limit, and let the program end with its parent."""
     die_with_parent(signal.SIGKILL)
     limit_memory(limits.memory)
 
 
 def die_with_parent(number: int) -> None:
-    """Let this process get a signal where its parent ends, however that ends."""
+    """Ask the system to send signal `number` to this process when its parent ends."""
     _LIBC.prctl(1, number)  # PR_SET_PDEATHSIG of prctl(2)
 
 
 def inherit_orphans() -> None:
-    """Let this process be the parent of what its children leave running."""
+    """Make this process the new parent of processes that its ended children leave running."""
     _LIBC.prctl(36, 1)  # PR_SET_CHILD_SUBREAPER
 
 
 def limit_memory(gigabytes: float) -> None:
-    """Limit the address space of this process."""
+    """Limit the address space of this process; a lower hard limit of the system stays."""
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     limit = int(gigabytes * GIGABYTE)
     resource.setrlimit(resource.RLIMIT_AS, (limit if hard < 0 else min(limit, hard), hard))

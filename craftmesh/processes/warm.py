@@ -1,12 +1,12 @@
-"""A process that has modules and kernels loaded, and runs each verb in a child of its own.
+"""A server process that has modules and kernels loaded, and runs each subcommand in a forked child.
 
-A verb's start (Python, libraries, machine code of kernels) takes longer than the work on a small increment.
-The process in which Snakemake runs starts a server. Verbs that it then starts hand over to the server their
-words, their folder, their environment and their open files, and wait. The server forks: its child is the
-verb, with nothing left over from other verbs. What the child had to load, the server loads before the next
-child of that verb.
+The start of a subcommand (Python, libraries, machine code of kernels) takes longer than the work on a small
+increment. Snakemake's process starts the server. A subcommand that Snakemake starts then is a client: it
+sends its words, folder, environment and open files to the server, and waits. The server forks a child that
+runs the subcommand. The child inherits nothing from other subcommands. If the child had to load modules or
+kernels, the server loads them before it forks the next child for the same subcommand.
 
-A child ends with the verb that asked for it. The server ends with its owner, and its children go on.
+If a client ends, its child is killed. The server ends with its owner; running children continue.
 """
 
 import gc
@@ -24,20 +24,20 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError
 
-VARIABLE = "CRAFTMESH_WARM"  # of the server: the Python that it is of, and the name of its socket
+VARIABLE = "CRAFTMESH_WARM"  # environment variable: the prefix of the server's Python, and its socket
 _SERVE = "import sys; from craftmesh.cli import serve_verbs; serve_verbs(int(sys.argv[1]))"
-PROCESS_USER_GROUP = "3i"  # as the system has them
+PROCESS_USER_GROUP = "3i"  # struct format of the ids that SO_PEERCRED returns
 
 
 def start() -> None:
-    """Start a server, which ends with this process; verbs find it by the environment."""
+    """Start a server that ends with this process; subcommands find it by an environment variable."""
     import atexit
     import subprocess
     from uuid import uuid4
 
     name = f"craftmesh-{uuid4().hex}"
     with socket.socket(socket.AF_UNIX) as listener:
-        listener.bind(f"\0{name}")  # no file, which a kill would leave
+        listener.bind(f"\0{name}")  # an abstract name; a file would remain after a kill
         listener.listen()
         number = listener.fileno()
         command = [sys.executable, "-P", "-c", _SERVE, str(number)]
@@ -49,9 +49,9 @@ def start() -> None:
 
 
 def status_of(words: Sequence[str]) -> int | None:
-    """Return the status of a verb that the server ran; None where there is no server of this Python.
+    """Let the server run a subcommand; return its exit status, or None without a server of this Python.
 
-    Raises CraftmeshError where the server ends before the verb.
+    words: the command line. Raises CraftmeshError if the server ends before the subcommand.
     """
     prefix, _, name = os.environ.get(VARIABLE, "").rpartition(":")
     if prefix != sys.prefix:
@@ -65,17 +65,17 @@ def status_of(words: Sequence[str]) -> int | None:
         if not _is_ours(connection):
             return None
         os.write(request, json.dumps([list(words), os.getcwd(), dict(os.environ)]).encode())
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the verb hears it, and says so
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the child handles it and prints a message
         socket.send_fds(connection, [b" "], [0, 1, 2, request])
         answer = connection.recv(8)
     if not answer:
-        raise CraftmeshError("the process that runs the stages has ended; give the same command again")
+        raise CraftmeshError("the server that runs the stages has ended; give the same command again")
     status = int(answer)
     return status if status >= 0 else 128 - status
 
 
 def _is_ours(connection: socket.socket) -> bool:
-    """Return whether the process at the other end is the same user's."""
+    """Return whether the process at the other end belongs to the same user."""
     found = connection.getsockopt(
         socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize(PROCESS_USER_GROUP)
     )
@@ -83,9 +83,9 @@ def _is_ours(connection: socket.socket) -> bool:
 
 
 class Loader:
-    """Modules and kernels that the children of a server had to load, by verb.
+    """Modules and kernels that the children of a server had to load, by subcommand.
 
-    load: loads a verb's module.
+    load: function that loads a subcommand's module.
     """
 
     def __init__(self, load: Callable[[str], Any]):
@@ -93,7 +93,7 @@ class Loader:
         self.missing: dict[str, tuple[list[str], list]] = {}
 
     def prepare(self, verb: str) -> None:
-        """Load what a verb will need, as far as it is known; the child will say what cannot be loaded."""
+        """Load the known modules and kernels of a subcommand; errors are left to the child to report."""
         modules, kernels = self.missing.pop(verb, ([], []))
         with suppress(Exception):
             self.load(verb)
@@ -102,10 +102,13 @@ class Loader:
                     import_module(name)
             for module, name, kind in kernels:
                 getattr(sys.modules[module], name).compile(kind)  # from the cache
-        gc.freeze()  # else the search for garbage would copy all of it in each child
+        gc.freeze()  # else each child's garbage collection would copy this memory
 
     def run(self, run: Callable[[list[str]], int], words: list[str], missing: int) -> int:
-        """Run a verb in a child, and write into the file `missing` what it had to load."""
+        """Run a subcommand in a child, write the loads to the file `missing`, and return the exit status.
+
+        run: runs a command line; missing: file number, for newly loaded modules and kernels.
+        """
         modules, kernels = set(sys.modules), _loaded_kernels()
         status = run(words)
         found = [name for name in sys.modules if name not in modules], _loaded_kernels() - kernels
@@ -114,14 +117,14 @@ class Loader:
         return status
 
     def learn(self, verb: str, missing: int) -> None:
-        """Read what a child of a verb wrote; nothing where it was killed."""
+        """Read the modules and kernels that a subcommand's child loaded; a killed child wrote none."""
         with suppress(EOFError, pickle.UnpicklingError), os.fdopen(missing, "rb") as stream:
             stream.seek(0)
             self.missing[verb] = pickle.load(stream)
 
 
 def _loaded_kernels() -> set[tuple[str, str, tuple]]:
-    """Return kernels that have machine code in this process: module, name, types of the arguments."""
+    """Return (module, name, argument types) of each kernel that is compiled in this process."""
     return {
         (module, name, kind)
         for module in list(sys.modules)
@@ -132,7 +135,7 @@ def _loaded_kernels() -> set[tuple[str, str, tuple]]:
 
 
 def _exit(status: int) -> None:
-    """End this child as Python does, but for what belongs to its parent."""
+    """Run exit functions, flush the output, and end this child without the parent's clean-up."""
     import atexit
 
     with suppress(BaseException):
@@ -143,14 +146,14 @@ def _exit(status: int) -> None:
 
 
 class _Child:
-    """A verb that runs: its process, who waits for it, its name, and the file of what it had to load."""
+    """A running subcommand: its name, its client's connection, the file number for loads, its process."""
 
     def __init__(self, verb: str, connection: socket.socket, missing: int, pid: int):
         self.verb, self.connection, self.missing, self.pid = verb, connection, missing, pid
         self.end = os.pidfd_open(pid)  # can be read when the child has ended
 
     def answer(self) -> None:
-        """Send the status to who waits, negative for a signal; who is gone needs none."""
+        """Send the exit status, negative for a signal, to the client if it still waits."""
         _, status = os.waitpid(self.pid, 0)
         with suppress(OSError):
             self.connection.send(str(os.waitstatus_to_exitcode(status)).encode())
@@ -159,13 +162,13 @@ class _Child:
 
 
 def serve(number: int, run: Callable[[list[str]], int], load: Callable[[str], Any]) -> None:
-    """Serve at the socket of that file number until the standard input is closed.
+    """Serve clients at the socket with the file number `number` until the standard input is closed.
 
-    run: runs a verb by its words and returns its status. load: loads a verb's module.
+    run: runs a command line and returns its exit status. load: loads a subcommand's module.
     """
     import select
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the children hear it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the children handle it
     listener, loader = socket.socket(fileno=number), Loader(load)
     children: list[_Child] = []
     while True:
@@ -178,7 +181,7 @@ def serve(number: int, run: Callable[[list[str]], int], load: Callable[[str], An
             one.answer()
             loader.learn(one.verb, one.missing)
         for one in children:
-            if one.connection in ready:  # nothing comes but its end
+            if one.connection in ready:  # a client sends nothing more, so it has ended
                 signal.pidfd_send_signal(one.end, signal.SIGKILL)
         if listener in ready:
             connection, _ = listener.accept()
@@ -187,7 +190,7 @@ def serve(number: int, run: Callable[[list[str]], int], load: Callable[[str], An
 
 
 def _child_for(connection: socket.socket, loader: Loader, run: Callable[[list[str]], int]) -> _Child:
-    """Fork the child that a client asks for."""
+    """Read a client's request, fork a child that runs its subcommand, and return the child."""
     *files, request = socket.recv_fds(connection, 1, 4)[1]
     with os.fdopen(request, "rb") as stream:
         stream.seek(0)

@@ -1,4 +1,4 @@
-"""Tasks on worker processes that can hang, run out of memory or crash without harm to anyone else."""
+"""Tasks on worker processes; a worker may hang, run out of memory or crash without harm to others."""
 
 import errno
 import gc
@@ -26,9 +26,9 @@ DISK_FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 class Worker:
     """A process that does a job for one task at a time.
 
-    The process is a fork of this one, so modules, kernels and what tasks share are there from the start. It
-    may add `job.limits.memory` gigabytes to its address space. It prints nowhere and has a working folder
-    of its own, which is removed with it (programs leave files behind).
+    The process is a fork, so it has modules, kernels and shared data from the start. It may add
+    `job.limits.memory` gigabytes to its address space. Its output is dropped. It has its own working
+    folder for files that programs leave; the folder is removed with the worker.
     """
 
     def __init__(self, job: Job):
@@ -44,19 +44,19 @@ class Worker:
         child.close()
 
     def start(self, key: Any, task: Any) -> None:
-        """Hand over the task known by `key`; its clock starts now."""
+        """Send a task to the process and start its time limit; key: identifies the task."""
         self.key = key
         self.deadline = time.monotonic() + self.job.limits.time
-        with suppress(OSError):  # the process is dead, and the broken connection says so when it is read
+        with suppress(OSError):  # the process is dead; `receive` will report it
             self.connection.send(task)
 
     def finish(self) -> tuple[Any, float]:
-        """Return the key of the task, which is no longer the worker's, and the seconds it took."""
+        """Mark the worker as free; return the key of its task and the seconds the task took."""
         key, self.key = self.key, None
         return key, time.monotonic() - (self.deadline - self.job.limits.time)
 
     def receive(self) -> tuple[str, Any]:
-        """Return what the process has to say: ("done" | "failed" | "died", value)."""
+        """Return ("done", result), ("failed", Failure) or ("died", Failure) from the process."""
         try:
             kind, value = self.connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
@@ -67,13 +67,13 @@ class Worker:
         return kind, value
 
     def wait(self) -> int:
-        """Wait for the process and return its status, negative for a signal."""
+        """Wait for the process and return its exit status, negative for a signal."""
         if self.status is None:
             self.status = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
         return self.status
 
     def kill(self) -> None:
-        """End the process and the programs that it runs at once."""
+        """Kill the process and the programs that it runs, and remove its folder."""
         if self.status is None:
             os.kill(self.pid, signal.SIGKILL)
         with suppress(ProcessLookupError):
@@ -84,7 +84,7 @@ class Worker:
 
 
 def _serve(connection: Connection, folder: str, job: Job) -> NoReturn:
-    """Do tasks that come through the connection until it closes, in a fork, which then ends."""
+    """Run tasks from the connection in a forked process until the connection closes; end the process."""
     status = 1
     try:
         gc.freeze()
@@ -120,21 +120,21 @@ def _answer(job: Job, task: Any) -> tuple[str, Any]:
 
 
 class Listener(Protocol):
-    """Who hears what becomes of the tasks."""
+    """Receiver of results and failures of tasks."""
 
     def on_done(self, task: Any, value: Any, seconds: float, /) -> None:
-        """Take the result of a task."""
+        """Receive the result of a task."""
 
     def on_failure(self, task: Any, failure: Failure, seconds: float, /) -> Any | None:
-        """Take a task's failure; return a task to try in its place, or None."""
+        """Receive a task's failure; return a task to try instead, or None."""
 
 
 def run_tasks(job: Job, tasks: Sequence[tuple[float, Any]], listener: Listener, workers: int) -> None:
-    """Do the job for all (cost, task), the costly ones first.
+    """Run the job for all (cost, task), in order of falling cost.
 
-    A worker takes its next task when it is done with the last, which balances the load. A task that
-    raises, crashes its process or passes the limit of time goes to `listener.on_failure`; the process is
-    replaced and all others go on. Raises CraftmeshError where the system refuses a worker its files.
+    A worker takes the next task when its last task ends, which balances the load. A task that raises, that
+    crashes its process or exceeds the time limit goes to `listener.on_failure`. The pool replaces the
+    process; other tasks continue. Raises CraftmeshError if the system denies a worker files.
     """
     if tasks and job.warm_up:
         job.warm_up(job.shared)
@@ -147,12 +147,12 @@ def run_tasks(job: Job, tasks: Sequence[tuple[float, Any]], listener: Listener, 
 
 
 class _Pool:
-    """Workers and the tasks that wait for them."""
+    """The workers, and a queue of waiting tasks."""
 
     def __init__(self, job: Job, tasks: Sequence[tuple[float, Any]], listener: Listener):
         self.job, self.listener = job, listener
         self.current = [task for _, task in tasks]
-        # the costliest first; among equals the first one
+        # highest cost first; equal costs in the order of the tasks
         self.queue = [(-cost, order) for order, (cost, _) in enumerate(tasks)]
         heapq.heapify(self.queue)
         self.staff: list[Worker] = []
@@ -161,7 +161,7 @@ class _Pool:
         for _ in range(workers):
             self.staff.append(Worker(self.job))
         while self.queue or any(worker.key for worker in self.staff):
-            for worker in self.staff:  # the costliest tasks first
+            for worker in self.staff:  # free workers take the costliest tasks
                 if worker.key is None and self.queue:
                     key = heapq.heappop(self.queue)
                     worker.start(key, self.current[key[1]])
@@ -169,7 +169,7 @@ class _Pool:
                 self._take(index, kind, value)
 
     def _hear(self) -> list[tuple[int, str, Any]]:
-        """Wait until a worker speaks or runs out of time; return (index, kind, value) of those workers."""
+        """Wait for an answer or a timeout; return (worker's index, kind, value) of each, as `receive`."""
         busy = [(index, worker) for index, worker in enumerate(self.staff) if worker.key]
         timeout = min(worker.deadline for _, worker in busy) - time.monotonic()
         spoken = wait([worker.connection for _, worker in busy], max(0.0, timeout))
@@ -183,7 +183,7 @@ class _Pool:
         return heard
 
     def _take(self, index: int, kind: str, value: Any) -> None:
-        """Take what a worker said, and replace it if it died."""
+        """Handle a worker's answer, and replace the worker if it died."""
         worker = self.staff[index]
         self._settle(worker, kind, value)
         if kind == "died":
@@ -191,7 +191,7 @@ class _Pool:
             self.staff[index] = Worker(self.job)
 
     def _settle(self, worker: Worker, kind: str, value: Any) -> None:
-        """Tell the listener how the worker's task ended; queue what is to be tried in its place."""
+        """Report the end of the worker's task to the listener; queue the task that it returns, if any."""
         key, seconds = worker.finish()
         order = key[1]
         if kind == "done":
@@ -199,7 +199,7 @@ class _Pool:
             return
         if value.is_system:
             raise CraftmeshError(
-                f"a worker process was refused by the system ({value.reason}); check the space of the "
+                f"the system denied a worker process files ({value.reason}); check the space of the "
                 f"temporary folder {gettempdir()}"
             )
         again = self.listener.on_failure(self.current[order], value, seconds)
