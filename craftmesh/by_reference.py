@@ -1,13 +1,13 @@
-"""Named tuples of many arrays, handed to kernels by one reference.
+"""Named tuples of many arrays, passed to kernels as one reference.
 
-A kernel that takes such a tuple by value unpacks, passes and counts every array of it at every call,
-which multiplies the time to compile kernels that call kernels and slows them down. Behind a reference
-kernels read the fields of all its tuples alike, `state.points`. It is an address: nothing counts it, nor
-the arrays behind it, which took a fifth of the gradation's time. What is in Python keeps both alive, and
-kernels keep none of them.
+A kernel that takes such a tuple by value unpacks, passes and reference-counts each array at each call.
+This multiplies the compile time of kernels that call kernels and slows them down: counting took a fifth of
+the gradation's time. A reference is a bare address without counts. Kernels read the fields of all its
+tuples in the same way, `state.points`. The Python object keeps address and arrays alive, so kernels must
+not keep them.
 
-This rests on how numba lays out arrays, which it does not promise to keep. It works with the releases
-TESTED; tests/test_by_reference.py says so of any other one.
+This depends on numba's internal layout of arrays, which may change. It works with the releases in TESTED;
+tests/test_by_reference.py fails with an untested release.
 """
 
 from types import SimpleNamespace
@@ -28,7 +28,7 @@ from numba.extending import (
 )
 
 TESTED = ("0.68",)
-# Words in numba's array before its shape and strides: owner, parent, items, bytes of an item, address.
+# Words in numba's array before shape and strides: owner, parent, item count, bytes per item, address.
 HEAD = 5
 
 
@@ -40,7 +40,7 @@ class ReferenceType(types.Type):
         super().__init__(f"Reference({', '.join(f'{name}: {kind}' for name, kind in fields)})")
 
     def place(self, wanted: str) -> tuple[int, types.Array]:
-        """Return where the field begins, in words, and its type."""
+        """Return the offset in words and the type of the field `wanted`; raise AttributeError if absent."""
         start = 0
         for name, kind in self.fields:
             if name == wanted:
@@ -53,7 +53,7 @@ register_model(ReferenceType)(models.OpaqueModel)
 
 
 class Reference:
-    """What `by_reference` returns; it keeps its arrays alive."""
+    """The reference that `by_reference` returns; it keeps its arrays alive."""
 
     def __init__(self, parts: tuple[NamedTuple, ...]):
         self.parts = parts
@@ -103,16 +103,16 @@ def _field(context, builder, reference, value, name):
     there = builder.gep(words, [context.get_constant(types.intp, start)])
     there = builder.bitcast(there, context.get_value_type(kind).as_pointer())
     array = make(context, builder, value=builder.load(there))
-    # Numba counts no array that says here, and not only in memory, that it has no owner.
+    # Numba omits the count of an array only if its owner is null here, not only in memory.
     array.meminfo = context.get_constant_null(types.voidptr)
     array.parent = context.get_constant_null(types.voidptr)
     return impl_ret_new_ref(context, builder, kind, array._getvalue())
 
 
 def by_reference(*parts: NamedTuple) -> Any:
-    """Return a reference to the arrays of named tuples, for kernels; the arrays are shared.
+    """Return a reference to the arrays of named tuples, for kernels; the arrays are shared, not copied.
 
-    It has the fields of all tuples, no two of which may have one name.
+    The reference has the fields of all tuples. No two fields may have the same name.
     """
     if config.DISABLE_JIT:
         return SimpleNamespace(**{name: value for part in parts for name, value in part._asdict().items()})

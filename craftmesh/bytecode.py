@@ -9,10 +9,10 @@ from typing import Any
 
 @cache
 def keep_bytecode_whole() -> None:
-    """Have Python remove each .pyc that a full disk cuts short.
+    """Make Python remove each .pyc that a full disk truncates.
 
-    Python before 3.12.8 and 3.13.1 leaves it, and from then on the module cannot be imported: "marshal data
-    too short". Source: issue 126606 of CPython.
+    Python before 3.12.8 and 3.13.1 keeps the truncated file; later imports of the module then fail with
+    "marshal data too short". Source: issue 126606 of CPython.
     """
     write: Any = SourceFileLoader.set_data
 

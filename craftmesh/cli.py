@@ -1,4 +1,4 @@
-"""The command line: `craftmesh VERB ...`, one verb a stage."""
+"""The command line: `craftmesh SUBCOMMAND ...`, one subcommand for each stage."""
 
 import gc
 import importlib
@@ -13,9 +13,9 @@ from craftmesh.processes.warm import serve, status_of
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run one verb and return the exit status; errors are one line on stderr, without a traceback.
+    """Run one subcommand and return the exit status; an error is one line on stderr, without a traceback.
 
-    The words of the command line go to a server of verbs where one runs.
+    argv: the words; None takes the command line and, if a server of subcommands runs, sends it the words.
     """
     began = time.monotonic()
     try:
@@ -31,7 +31,7 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return fail("interrupted; nothing was written", INTERRUPTED)
     except MemoryError:
-        return fail("out of memory; take larger sizes, more chunks or fewer workers")
+        return fail("out of memory; use larger sizes, more chunks or fewer workers")
     except BrokenPipeError:
         return fail("the program that read the output has ended")
     except OSError as error:
@@ -40,7 +40,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def run(argv: list[str]) -> int:
-    """Parse `argv` and run its verb; only that verb's modules are imported."""
+    """Parse `argv`, run its subcommand and return the exit status; import only its modules."""
     if not argv or argv[0] in ("-h", "--help"):
         print(overview())
         return 0
@@ -61,7 +61,7 @@ def run(argv: list[str]) -> int:
 
 
 def load(verb: str) -> ModuleType:
-    """Import the module of a verb; garbage is not looked for meanwhile, as modules make none."""
+    """Import and return a subcommand's module, without garbage collection, because imports make none."""
     gc.disable()
     try:
         return importlib.import_module(f"{COMMANDS}.{module_name(verb)}")
@@ -71,17 +71,17 @@ def load(verb: str) -> ModuleType:
 
 
 def serve_verbs(number: int) -> None:
-    """Run the verbs that other processes ask for at the socket of that file number."""
+    """Run the subcommands of clients of the socket with the file number `number`."""
     serve(number, main, load)
 
 
 def overview() -> str:
-    """Return the help of the whole command: the verbs in the order of the way."""
+    """Return the help of the whole command: the subcommands in the order of VERBS."""
     lines = [
-        "usage: craftmesh VERB ...   (craftmesh VERB --help for its options)",
+        "usage: craftmesh SUBCOMMAND ...   (craftmesh SUBCOMMAND --help for its options)",
         "",
         "From a labelled microstructure and a crack to gradated tetrahedral finite-element models.",
-        "The stages, in the order of the way:",
+        "The subcommands, in the order of a campaign:",
         "",
     ]
     return "\n".join(lines + [f"  {verb:<15} {summary(verb)}" for verb in VERBS])

@@ -1,14 +1,14 @@
-"""Kernels: numba's njit, with a cache that sees changes in callees and constants compiled once.
+"""Kernels: numba's njit with a cache that sees changed callees, and without a copy for each constant.
 
-Numba's own cache compares the source of the file that holds a function. A call compiles the callee in,
-but a change of the callee, in another file, goes unseen, and old machine code runs on.
+Numba's own cache compares only the source file of the kernel. The machine code includes callees, so after
+a change of a callee in another file numba would run old code.
 
-Numba compiles a kernel once more for each integer constant that another kernel gives it. That took a third
-of the time to compile the marching cubes, and the calls are no slower without.
+Numba compiles a kernel again for each integer constant that another kernel passes to it. This took a third
+of the time to compile the marching cubes, and calls without it are not slower.
 
 Processes that start together need the same kernels: one compiles a kernel, the others wait and read it.
 
-Code that lies in a wheel is taken where this CPU can run it, unless the cache has code for this very CPU.
+Code in a wheel is used if this CPU can run it, unless the cache on disk has code for exactly this CPU.
 """
 
 import fcntl
@@ -33,14 +33,14 @@ from numba.core.runtime import rtsys
 from craftmesh.kernel_code import KernelCompiler, code_of_callees
 from craftmesh.wheel_code import FOLDER, usable_target
 
-# Kernels take names from modules, never modules from packages, so this finds all that they import.
+# Kernels import names from modules, never modules from packages, so this finds all their imports.
 IMPORT = re.compile(r"^(?:from|import)\s+(craftmesh(?:\.\w+)+)", re.MULTILINE)
-TURN = ".turn"  # the ending of the file that the process locks which compiles a kernel
+TURN = ".turn"  # suffix of the lock file of the process that compiles a kernel
 ENDINGS = (".nbi", ".nbc", TURN)
-# s: longer than any kernel takes to compile on a busy machine; who has waited so long compiles it too
+# Seconds: longer than any kernel takes to compile on a busy machine; then a waiting process compiles too.
 LONGEST_WAIT = 120.0
-WAIT_STEP = 0.05  # s
-# numba's settings that change machine code; its cache keeps no account of them
+WAIT_STEP = 0.05  # seconds
+# Settings of numba that change machine code but are not part of the key of numba's cache.
 SETTINGS = (
     *("BOUNDSCHECK", "DEBUGINFO_DEFAULT", "EXTEND_VARIABLE_LIFETIMES", "LLVM_REFPRUNE_FLAGS"),
     *("LLVM_REFPRUNE_PASS", "LOOP_VECTORIZE", "OPT", "SLP_VECTORIZE", "USING_SVML"),
@@ -49,36 +49,36 @@ NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": T
 
 
 def kernel(function: Callable) -> Callable:
-    """Return `function` compiled by numba at its first call, or read from the cache on disk.
+    """Return `function` as a kernel: compiled by numba at its first call, or read from the cache on disk.
 
-    The cache is where numba keeps it: in NUMBA_CACHE_DIR where that is set, else in `__pycache__` beside
-    the kernel, else in the user's cache folder. Where none can be written, each process compiles anew.
+    The cache folder is NUMBA_CACHE_DIR if set, else `__pycache__` next to the kernel, else the user's
+    cache folder. If no folder is writable, each process compiles the kernel again.
     """
     return _compiled(function, _nrt=True)
 
 
 def lean_kernel(function: Callable) -> Callable:
-    """Like `kernel`, for a function that makes no array and returns none: it counts no references to them.
+    """Like `kernel`, but without reference counts, for a function that makes and returns no array.
 
-    Numba else counts every array that such a function is given, at each of its ends, in memory that all
-    threads share: a tenth of the gradation's time, a third of the tetrahedral optimiser's. What makes an
-    array does not compile ("NRT required but not enabled"); what it calls may.
+    Numba otherwise counts references to each array argument at each exit, in memory shared by all threads.
+    This took a tenth of the gradation's time and a third of the tetrahedral optimiser's. A function that
+    makes an array does not compile ("NRT required but not enabled"); its callees may make arrays.
     """
     return _compiled(function, _nrt=False)
 
 
 def vector_kernel(function: Callable) -> Callable:
-    """Like `lean_kernel`, with numpy's division: by zero it gives inf or nan, where `lean_kernel` raises.
+    """Like `lean_kernel`, but a division by zero gives inf or nan instead of an exception.
 
-    That check keeps a loop that divides from being vectorised.
+    The check for zero would prevent the vectorisation of a loop with a division.
     """
     return _compiled(function, _nrt=False, error_model="numpy")
 
 
 def _compiled(function: Callable, **options: Any) -> Callable:
-    # `_nrt`, which numba does not document, is given for all: else a kernel would do as its caller.
+    # `_nrt` is not documented by numba. It is always given, else a kernel would inherit its caller's value.
     compiled: Any = njit(pipeline_class=KernelCompiler, **options)(function)
-    if compiled is not function:  # as it is under NUMBA_DISABLE_JIT
+    if compiled is not function:  # which it is under NUMBA_DISABLE_JIT
         callee: Any = njit(**NO_WRAPPERS, **options)(function)
         for one in (compiled, callee):
             one._compiler.compile = code_of_callees()(one._compiler.compile)
@@ -90,7 +90,7 @@ def _compiled(function: Callable, **options: Any) -> Callable:
 
 
 def _without_constants(template: Callable) -> Callable:
-    """Return numba's choice of a kernel's compilation with the types of constants in place of constants."""
+    """Return `template`, numba's choice of a compilation, with constants replaced by their types."""
 
     def plain(kind: types.Type) -> types.Type:
         is_constant = isinstance(kind, types.IntegerLiteral | types.BooleanLiteral)
@@ -99,14 +99,14 @@ def _without_constants(template: Callable) -> Callable:
     def choose(args: tuple, kws: dict) -> Any:
         try:
             return template(tuple(map(plain, args)), {key: plain(kind) for key, kind in kws.items()})
-        except TypingError:  # a kernel that takes the constant for a type or for a place in a mixed tuple
+        except TypingError:  # a kernel that uses the constant as a type, or as an index in a mixed tuple
             return template(args, kws)
 
     return choose
 
 
 def is_kept(compiled: Any) -> bool:
-    """Return whether machine code of a kernel's present sources is on disk, or never is."""
+    """Return whether machine code for a kernel's current sources is on disk; True if it is never cached."""
     kept = getattr(compiled, "_cache", None)
     if not isinstance(kept, _KernelCache):
         return True
@@ -116,14 +116,15 @@ def is_kept(compiled: Any) -> bool:
 
 @cache
 def code_digest(module: str) -> str:
-    """Return 16 hexadecimal digits for all that decides the machine code of a module's kernels.
+    """Return a digest of 16 hexadecimal digits for the machine code of a module's kernels.
 
-    These are the sources of `module` and of the craftmesh modules it imports, numba's settings, and numpy's
-    release, to which numba fits its functions. Numba's cache itself compares numba's release and the CPU.
+    The digest covers the sources of `module` and of the craftmesh modules that it imports, numba's
+    settings, and numpy's release, on which numba's functions depend. Numba's own cache compares numba's
+    release and the CPU.
     """
     numpy = ".".join(np.__version__.split(".")[:2])
     found = {"numpy": numpy} | {name: str(getattr(config, name)) for name in SETTINGS}
-    waiting = [module, "craftmesh.by_reference"]  # which lowers code of kernels that need not import it
+    waiting = [module, "craftmesh.by_reference"]  # compiles into kernels that need not import it
     while waiting:
         name = waiting.pop()
         if name not in found:
@@ -142,7 +143,7 @@ def _digest_and_imports(module: str) -> tuple[str, list[str]]:
 
 
 class _Unwritable(InTreeCacheLocator):
-    """The folder beside the kernel, where nobody can write: what lies there is read all the same."""
+    """The folder of the kernel's source if it is not writable; cache files in it are still read."""
 
     def ensure_cache_path(self) -> None:
         pass
@@ -159,18 +160,18 @@ class _KernelFiles(CompileResultCacheImpl):
         self._filename_base = f"{self.stem}-{code_digest(function.__module__)}"
 
     def reduce(self, cres: Any) -> tuple:
-        """Return what the cache keeps of a compilation: no types of its lines, which no process reads."""
+        """Return the cached parts of a compilation, without type annotations, which no process reads."""
         return super().reduce(cres._replace(type_annotation=""))
 
 
 class _KernelCache(FunctionCache):
-    """A cache whose files no two versions of the code share, nor two processes that write at once."""
+    """A cache with separate files for each version of the sources and for each process that writes."""
 
     _impl_class = _KernelFiles
 
     def __init__(self, function: Callable):
         super().__init__(function)
-        # Two processes number the data of two signatures alike, and the index would name the wrong one.
+        # Two processes may give two signatures the same number; then the index would name the wrong file.
         own = f"{self._impl.filename_base}.{{number:d}}-{uuid4().hex[:8]}.nbc"
         self._cache_file._data_name_pattern = own
         self._turn: int | None = None
@@ -178,9 +179,9 @@ class _KernelCache(FunctionCache):
         self._of_wheel = IndexDataCacheFile(str(FOLDER), self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return a compiled signature, or None when it is this process' turn to compile and to save it.
+        """Return a compiled signature, or None if this process has to compile and save it.
 
-        Numba would load here all that it needs to compile, which it does again where it compiles.
+        Numba's own method also loads the compiler here, which numba does again before it compiles.
         """
         rtsys.initialize(target_context)
         found = self._load_own(sig, target_context)
@@ -193,13 +194,13 @@ class _KernelCache(FunctionCache):
         return found
 
     def _load_own(self, sig: Any, target_context: Any) -> Any:
-        """Return a signature that a process has compiled on this machine, or None."""
+        """Return a signature that a process compiled on this machine, or None."""
         with suppress(OSError):
             return self._load_overload(sig, target_context)
         return None
 
     def _load_of_wheel(self, sig: Any, target_context: Any) -> Any:
-        """Return a signature that the wheel has compiled for the level of this CPU, or None."""
+        """Return a signature that the wheel contains for the level of this CPU, or None."""
         target = usable_target()
         if target is None:
             return None
@@ -208,7 +209,7 @@ class _KernelCache(FunctionCache):
         return None if data is None else self._impl.rebuild(target_context, data)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Save a compiled signature and remove the files of older sources; a full disk is no error."""
+        """Save a compiled signature and remove files of older sources; a full disk is not an error."""
         with suppress(OSError):
             super().save_overload(sig, data)
             for file in self._old_files():
@@ -216,10 +217,10 @@ class _KernelCache(FunctionCache):
         self._end_turn()
 
     def _waited_for_turn(self) -> bool:
-        """Take this kernel's turn among processes; True if another had it, who may have saved it.
+        """Lock this kernel for compilation; return True if another process held the lock before.
 
-        A turn ends with its process; where none can be had (no folder, no locks on its file system) nobody
-        waits.
+        The other process may have saved the kernel. A lock ends with its process. Without a writable folder
+        or file locks, no process waits.
         """
         with suppress(OSError):
             Path(self.cache_path).mkdir(parents=True, exist_ok=True)
@@ -243,7 +244,7 @@ class _KernelCache(FunctionCache):
             self._turn = None
 
     def _old_files(self) -> list[Path]:
-        """Return this kernel's files of the same Python that older sources left, at whatever line."""
+        """Return cache files of this kernel and Python version from older sources, at any line number."""
         name, _, place = self._impl.stem.rpartition("-")
         python = place.partition(".")[2]
         kept = self._impl.filename_base

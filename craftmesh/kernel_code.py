@@ -1,10 +1,10 @@
-"""Machine code of the kernels that Python calls, made once, with all that they call.
+"""Machine code of the kernels that Python calls, made once, with their callees included.
 
-Numba makes machine code of each function that a kernel calls, with all that it calls in turn, and optimises
-it again within each caller. Here the code of callees stays as it was lowered until a kernel that Python
-calls takes it in, numba's own functions included.
+By default numba compiles each callee of a kernel with all its own callees, and optimises it again in each
+caller. Here the callees, numba's functions included, stay in LLVM's intermediate representation until a
+kernel that Python calls links them.
 
-This rests on how numba links code, which it does not promise to keep; tests/test_kernel_code.py says so.
+This depends on numba's internal linking, which may change; tests/test_kernel_code.py then fails.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from numba.np import arrayobj
 
 
 class _Code(JITCodeLibrary):
-    """Code that knows all libraries that it needs, those of its callees included."""
+    """A code library that lists all libraries it needs, also the libraries of its callees."""
 
     def add_linking_library(self, library: Any) -> None:
         super().add_linking_library(library)
@@ -32,7 +32,7 @@ class _Code(JITCodeLibrary):
             self._linking_libraries += library._linking_libraries
 
     def _link(self, module: Any) -> None:
-        """Take all those libraries into `module`."""
+        """Link all needed libraries into `module`."""
         for library in dict.fromkeys(self._linking_libraries):
             of_callee = isinstance(library, _CalleeCode)
             own = library.own_module() if of_callee else library._get_module_for_linking()
@@ -41,7 +41,7 @@ class _Code(JITCodeLibrary):
 
 
 class _CalleeCode(_Code):
-    """What a kernel calls, as it was lowered: neither optimised nor made machine code."""
+    """Code of a callee in LLVM's intermediate representation: neither optimised nor compiled."""
 
     def add_llvm_module(self, ll_module: Any) -> None:
         self._final_module.link_in(ll_module)
@@ -54,14 +54,14 @@ class _CalleeCode(_Code):
         return super()._get_module_for_linking()
 
     def _get_module_for_linking(self) -> Any:
-        """Return the code with that of all callees, for functions that others compile."""
+        """Return the code linked with all callees, for functions that numba compiles as usual."""
         module = self.own_module().clone()
         self._link(module)
         return module
 
 
 class _KernelCode(_Code):
-    """A kernel that Python calls, with all that it calls."""
+    """Code of a kernel that Python calls, linked with all its callees."""
 
     def finalize(self) -> None:
         self._link(self._final_module)
@@ -69,9 +69,9 @@ class _KernelCode(_Code):
         super().finalize()
 
     def serialize_using_object_code(self) -> tuple:
-        """Return what the cache keeps: machine code, and the names in it in place of code to link.
+        """Return the cached parts: machine code, and stubs with its names instead of linkable code.
 
-        No function takes in the code of a kernel that Python calls.
+        No function links the code of a kernel that Python calls, so stubs suffice.
         """
         names = [one.name for one in self.get_defined_functions() if one.linkage == Linkage.external]
         stubs = "".join(f'define void @"{name}"() {{ unreachable }}\n' for name in names)
@@ -89,7 +89,7 @@ class _KernelLowering(NativeLowering):
 
 
 class KernelCompiler(CompilerBase):
-    """Numba's compiler, for a kernel that Python calls; it is to run within `code_of_callees`."""
+    """Numba's compiler for a kernel that Python calls; it must run within `code_of_callees`."""
 
     def define_pipelines(self) -> list:
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
@@ -101,7 +101,7 @@ class KernelCompiler(CompilerBase):
 
 
 def _refuse_shapes(source: Any, target: Any) -> None:
-    """What numba calls where an array does not fit the slice that it is assigned to."""
+    """Replace numba's function for arrays that do not fit the slice they are assigned to."""
 
 
 @overload(_refuse_shapes)
@@ -114,16 +114,16 @@ def _refused_shapes(source, target):  # noqa: ARG001, ANN001, ANN202
 
 @contextmanager
 def code_of_callees() -> Iterator[None]:
-    """Have numba keep the code of all that it compiles in this block but by `KernelCompiler`.
+    """Let numba keep the functions it compiles in this block as `_CalleeCode`, unless by `KernelCompiler`.
 
-    Errors of shapes do without the shapes: the code that writes them was a quarter of a kernel's.
+    Error messages on shapes omit the shapes, because the code for them was a quarter of a kernel's code.
     """
     context = cpu_target.target_context
     codegen = context.codegen()
     executable, refuse_shapes = context.get_executable, arrayobj.raise_with_shape_context
 
     def executable_kernel(library: Any, fndesc: Any, env: Any) -> Any:
-        if isinstance(library, _CalleeCode):  # a key for numba's tables, which nobody calls
+        if isinstance(library, _CalleeCode):  # a key for numba's tables; nothing calls it
             return make_function(fndesc.lookup_module(), fndesc.qualname, "", 0, env, (library,))
         return executable(library, fndesc, env)
 

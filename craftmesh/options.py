@@ -18,7 +18,7 @@ from craftmesh.errors import CraftmeshError
 
 
 class Bound(NamedTuple):
-    """A kind of bound: its sign in messages, its key in a JSON schema, its test holds(value, limit)."""
+    """A kind of bound: its sign in messages, its key in a JSON schema, and its test holds(value, limit)."""
 
     sign: str
     schema_key: str
@@ -94,7 +94,7 @@ def items_of(hint: Any) -> tuple[Any, int | None] | None:
 
 
 def is_admitted(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
-    """Return whether `value` has the type `hint` and keeps the bounds and choices of an option."""
+    """Return whether `value` has the type `hint` and is within an option's bounds and choices."""
     return any(_is_one(value, part, metadata) for part in alternatives(hint))
 
 

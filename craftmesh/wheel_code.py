@@ -1,7 +1,7 @@
-"""Machine code of kernels that a wheel brings (.ci/wheel makes it), for every CPU of a level.
+"""Machine code of kernels in a wheel (made by .ci/wheel), for every CPU of a level.
 
-The files are those of the cache on disk (craftmesh.jit). Their names carry the digest of a kernel's
-sources: a kernel that was changed, or that calls one that was, finds none.
+The files have the format of the cache on disk (craftmesh.jit). Their names contain the digest of a kernel's
+sources, so a kernel that has changed, or whose callee has changed, does not use them.
 """
 
 from functools import cache
@@ -12,7 +12,7 @@ from numba import config
 from numba.core.codegen import get_host_cpu_features
 
 FOLDER = Path(__file__).with_name("machine_code")
-# LLVM's names of the level and of its features, per platform; Intel's CPUs have it since 2013, AMD's 2015
+# LLVM's names of the level and its features, by platform; Intel CPUs have it since 2013, AMD since 2015.
 LEVELS = {
     "x86_64-unknown-linux-gnu": (
         "x86-64-v3",
@@ -24,9 +24,9 @@ LEVELS = {
 
 @cache
 def usable_target() -> tuple[str, str, str] | None:
-    """Return platform, CPU and features of the code in FOLDER; None if there is none, or none for this CPU.
+    """Return (platform, CPU level, features) of the code in FOLDER, or None if it is not usable.
 
-    Code for another CPU, which NUMBA_CPU_NAME may name, is not there either.
+    The code is usable if FOLDER exists, this CPU has all features and NUMBA_CPU_NAME names no other CPU.
     """
     platform = get_process_triple()
     asked_for: str | None = config.CPU_NAME  # type: ignore[attr-defined]
