@@ -20,7 +20,7 @@ from craftmesh.surface.smoothing import lapped, smoothing_neighbours
 from craftmesh.surface.volumes import restore_volumes
 from craftmesh.types import Surface, Voxels
 
-# A voxel's diagonal, in voxels: taking the steps away moves points by 0.7 to 0.8 with the default laps.
+# Voxels, about a voxel's diagonal: larger moves get a note. Default smoothing moves points by 0.7 to 0.8.
 FAR = 1.75
 
 
@@ -63,14 +63,14 @@ class RemeshOptions(Options):
 def remesh(
     voxels: Voxels, options: RemeshOptions | None = None, progress: Callable[[float, str], None] = silent
 ) -> tuple[Surface, dict]:
-    """Return the surface of every grain of `voxels`, smoothed, in model units, and a report.
+    """Return the smoothed surface of all grains of `voxels`, in model units, and a report.
 
-    The surface is conformal, closed and oriented per grain; the planes, edges and corners of the box
-    are exact; no two facets intersect. Raises CraftmeshError when there is no grain.
+    The surface is conformal, and closed and oriented for each grain. The planes, edges and corners of the
+    box are exact. No two facets intersect. Raises CraftmeshError if there is no grain.
     """
     options = options or RemeshOptions()
     if not (voxels.labels > 0).any():
-        raise CraftmeshError("the volume holds no label > 0; expected at least one grain")
+        raise CraftmeshError("the volume has no label > 0; expected at least one grain")
     progress(0.0, "marching cubes")
     raw = Surface(*march(voxels.labels))
     progress(0.3, "smoothing")
@@ -95,13 +95,13 @@ def remesh(
     if moves.max() > FAR:
         report["notes"] = [
             f"smoothing moves points by up to {moves.max():.3g} voxels, over {FAR:g}, a voxel's diagonal, "
-            f"at {told(surface.points[moves.argmax()])}: fewer laps keep nearer to the voxels"
+            f"at {told(surface.points[moves.argmax()])}: fewer laps keep points closer to the voxels"
         ]
     return surface, report
 
 
 def voxel_volumes(voxels: Voxels) -> dict[int, float]:
-    """Return the volume in model units of the voxels of each grain, and of each void within grains."""
+    """Return the voxel volume, in model units, of each grain and of each void enclosed by grains."""
     labels, count = np.unique(voxels.labels, return_counts=True)
     within = (labels > 0) | ((labels < 0) & ~np.isin(labels, _voids_at_the_outside(voxels.labels)))
     volume = count * voxels.spacing.prod()
@@ -109,7 +109,7 @@ def voxel_volumes(voxels: Voxels) -> dict[int, float]:
 
 
 def _voids_at_the_outside(labels: np.ndarray) -> np.ndarray:
-    """Labels < 0 of voxels that touch the box, the outside or another void: facets there are not kept."""
+    """Return labels < 0 that touch the box, the outside or another void, where no facets are made."""
     met = []
     for axis in range(3):
         line = np.moveaxis(labels, axis, 0)
@@ -122,7 +122,7 @@ def _voids_at_the_outside(labels: np.ndarray) -> np.ndarray:
 
 
 def _in_model_units(points: np.ndarray, raw: Surface, voxels: Voxels) -> np.ndarray:
-    """Return points (n, 3) of the raw surface, given in voxels, in model units, exact on the box."""
+    """Return points (n, 3), given in voxels, in model units; points on box planes are exact."""
     placed = voxels.origin + voxels.spacing * points
     for plane, axis, upper in PLANES:
         placed[raw.facets[raw.kind == plane].ravel(), axis] = voxels.box[int(upper), axis]
@@ -134,16 +134,16 @@ def smooth(
     options: RemeshOptions,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[np.ndarray, int]:
-    """Return smoothed points (n, 3) of a raw surface in voxel units, and how many were frozen.
+    """Return smoothed points (n, 3) of a raw surface in voxel units, and the number of frozen points.
 
-    Laps weigh neighbours alike, so that smoothing in voxels equals smoothing in model units whatever the
-    spacing; only the sliver limits are measured in voxels. The raw surface must be free of
-    intersections; so is the result: facets that intersect, become slivers or bound a grain that
-    vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
+    Smoothing weights all neighbours equally, so smoothing in voxels equals smoothing in model units for any
+    spacing; only the sliver limits are in voxels. The raw surface must have no intersections; the result
+    has none either. Facets that intersect, become slivers or bound a grain below its `least` volume return
+    to the last checkpoint, with a growing neighbourhood, and stay there.
     """
     classes = Classification(raw)
     drawn, on_box = smoothing_neighbours(classes), classes.held
-    del classes  # of as much memory as the surface
+    del classes  # takes as much memory as the surface
     points, fixed = raw.points, on_box.copy()
     labels, place = numbered(raw.sides)
     place = place.astype(np.int32)
@@ -151,7 +151,7 @@ def smooth(
     least[labels == 0] = 0.0
 
     def vanished(points: np.ndarray) -> np.ndarray:
-        """(m,) bool: facets of grains and voids that have less than their `least` volume at the points."""
+        """Return a mask (m,) of facets of grains and voids whose volume is below their `least` volume."""
         gone = (enclosed(points, raw.facets, place, len(labels)) < least) & (least > 0)
         return gone[place].any(axis=1) if gone.any() else np.zeros(len(place), bool)
 
@@ -170,5 +170,8 @@ def smooth(
 def _targets(
     points: np.ndarray, weights: list[float], drawn: csr_array, fixed: np.ndarray, held: np.ndarray
 ) -> np.ndarray:
-    """Return points (n, 3) after laps, the fixed (n, 3) coordinates and held (n,) points as they are."""
+    """Return points (n, 3) after smoothing passes; fixed (n, 3) coordinates and held (n,) points stay.
+
+    weights: one per pass; drawn: the neighbours of `smoothing_neighbours`.
+    """
     return lapped(points, weights, drawn, fixed | held[:, None])

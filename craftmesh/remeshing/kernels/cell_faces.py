@@ -1,8 +1,8 @@
-"""The lines that the sheets between labels draw on the faces of a cell, and polygons spanned from them.
+"""The segments between labels on the faces of a cell, and triangulations of polygons of segments.
 
-What happens on a face follows from its four labels alone, so the two cells that share it agree:
+The segments on a face depend only on its four labels, so the two cells that share the face agree:
 
-    corners in cyclic order | lines
+    corners in cyclic order | segments
     AAAA                    | none
     AABB, ABBB              | one, between the two edge points
     ABAB                    | two, cutting off the corners of the larger label (the smaller one bridges)
@@ -10,8 +10,8 @@ What happens on a face follows from its four labels alone, so the two cells that
     AABC, ABCD              | from a face point to the three or four edge points
 
 (M. Wu, J. M. Sullivan, Multiple material marching cubes algorithm, Int. J. Numer. Meth. Eng. 58, 2003.)
-A segment is a row (tail, head, right, left): local points and the labels on its right and left seen
-from outside the cell, right < left. A facet (tail, head, point inside) has its normal toward `left`.
+A segment is a row (tail, head, right, left): two local points, and the labels on its right and left seen
+from outside the cell, with right < left. A facet (tail, head, point inside) has its normal toward `left`.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ IMPOSSIBLE = 1e30
 
 @lean_kernel
 def add_segment(segments, count, tail, head, right, left):
-    """Append a segment, turned so that its smaller label is on the right; return the new count."""
+    """Append a segment with its smaller label on the right; return the new count of segments."""
     row = segments[count]
     if right < left:
         row[0], row[1], row[2], row[3] = tail, head, right, left
@@ -35,7 +35,7 @@ def add_segment(segments, count, tail, head, right, left):
 
 @lean_kernel
 def face_segments(labels, face, segments, count):
-    """Append the segments on one face of a cell with eight corner `labels`; return the new count."""
+    """Append the segments on face 0..5 of a cell with corner labels (8,); return the new count."""
     corner, edge = FACE_CORNERS[face], FACE_EDGES[face]
     changes, first, last = 0, -1, -1
     for i in range(4):
@@ -65,7 +65,7 @@ def face_segments(labels, face, segments, count):
 
 @lean_kernel
 def _badness(p, q, r):
-    """Sum of the squared edges over twice the area: small for well-shaped triangles."""
+    """Return the sum of squared edges divided by twice the area: small for well-shaped triangles."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
     wx, wy, wz = vx - ux, vy - uy, vz - uz
@@ -76,9 +76,10 @@ def _badness(p, q, r):
 
 @lean_kernel
 def _best_splits(polygon, n, at, cost, split):
-    """Dynamic programming over the polygon's diagonals; cost[0, n - 1] is that of the whole polygon.
+    """Fill `cost` and `split` by dynamic programming; cost[0, n - 1] is the cost of the whole polygon.
 
-    A diagonal that lies in a face of the cell is refused: the neighbour may use it for another sheet.
+    A diagonal in a face of the cell is excluded, because the neighbour may use it for other facets. at:
+    positions of local points; split[i, j]: the third corner of the triangle on the diagonal from i to j.
     """
     for i in range(n - 1):
         cost[i, i + 1] = 0.0
@@ -99,9 +100,9 @@ def _best_splits(polygon, n, at, cost, split):
 
 @lean_kernel
 def triangulate(polygon, n, at, scratch, triangles):
-    """Write the best triangulation of a polygon of local points to `triangles`; return their number.
+    """Write the best triangulation of a polygon of n local points to `triangles`; return their number.
 
-    0 when every triangulation needs a diagonal in a face of the cell.
+    The number is 0 if every triangulation needs a diagonal in a face of the cell.
     """
     cost, split, stack = scratch.cost, scratch.split, scratch.stack
     _best_splits(polygon, n, at, cost, split)

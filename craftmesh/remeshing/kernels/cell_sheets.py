@@ -1,11 +1,11 @@
 """The facets between the labels of one cell of the dual grid.
 
-Each connected set of face segments is spanned on its own:
+Each connected component of face segments gets its own facets:
 
     no face point (a loop of one label pair)    | best triangulation of the loop, else a fan;
                                                 | a fan for one of two long loops
     two face points joined by three chains      | a junction edge between them closes each chain
-    anything else                               | a cone from a cell point, tied wedges cut off
+    any other component                         | a cone from a cell point, after `cell_wedges`
 """
 
 from collections import namedtuple
@@ -28,7 +28,7 @@ Scratch = namedtuple(
 
 
 def new_scratch() -> Scratch:
-    """Return the arrays that one sweep works in."""
+    """Return the work arrays of one sweep over all cells."""
     integers = {
         "segments": (64, 4),
         "link": (64, 4),
@@ -48,7 +48,7 @@ def new_scratch() -> Scratch:
 
 @lean_kernel
 def _find_components(segments, count, group, after):
-    """Label each point with the lowest point it is connected to, and note each point's outgoing segment."""
+    """Fill `group` with the lowest connected point and `after` with the outgoing segment of each point."""
     for p in range(FIRST_CELL_POINT):
         group[p] = p
         after[p] = -1
@@ -76,10 +76,10 @@ def _append_polygon(triangles, number, right, left, sheets, count):
 
 @lean_kernel
 def _span_loop(link, size, others, new, scratch, count):
-    """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one).
+    """Fill a loop of one label pair; return the new count of facets and the next free cell point.
 
-    others: segments of the cell's other components; two long loops, both spanned by diagonals, would
-    meet in the middle of the cell.
+    link, size: the loop's segments; new: next free cell point, which a fan uses. others: count of segments
+    in other components; two long loops, both with diagonals, would meet in the middle of the cell.
     """
     polygon, triangles, at = scratch.polygon, scratch.triangles, scratch.at
     p = link[0, 0]
@@ -100,7 +100,7 @@ def _span_loop(link, size, others, new, scratch, count):
 def _span_junction(link, size, scratch, count):
     """Join two face points by an edge that closes the three chains between them.
 
-    Returns the new count of facets, or -1 when the chains are not three or cannot be triangulated.
+    Return the new count of facets, or -1 if there are not three chains or one cannot be triangulated.
     """
     polygon, triangles = scratch.polygon, scratch.triangles
     chains = 0
@@ -126,7 +126,10 @@ def _span_junction(link, size, scratch, count):
 
 @lean_kernel
 def _span_cone(link, size, new, is_first, scratch, count):
-    """Span a cone from a cell point, tied wedges cut off; return the counts of facets and cell points."""
+    """Span a cone from a cell point after wedges are cut off; return facet count and next cell point.
+
+    is_first: the cone is the cell's first, so its point is the cell's centre, not the link's middle.
+    """
     at, apex = scratch.at, new
     at[apex] = 0.5
     if not is_first:
@@ -141,7 +144,7 @@ def _span_cone(link, size, new, is_first, scratch, count):
 
 @lean_kernel
 def _component(segments, count, group, root, link):
-    """Copy the segments of one component to `link`; return their number and that of its face points."""
+    """Copy the segments of component `root` to `link`; return the numbers of segments and face points."""
     size = face_points = 0
     for s in range(count):
         if group[segments[s, 0]] == root:
@@ -156,9 +159,9 @@ def _component(segments, count, group, root, link):
 
 @lean_kernel
 def cell_sheets(labels, scratch):
-    """Fill scratch.sheets with the facets of a cell with eight corner `labels`; return their number.
+    """Fill scratch.sheets with the facets of a cell with corner labels (8,); return their number.
 
-    Rows are three local points (positions in scratch.at), the label behind and the label ahead,
+    A row is three local points (positions in scratch.at), the label behind and the label ahead, with
     behind < ahead. Labels below 6 are the outside labels x-, x+, y-, y+, z-, z+.
     """
     segments, link, group = scratch.segments, scratch.link, scratch.group

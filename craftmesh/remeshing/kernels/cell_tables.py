@@ -18,7 +18,7 @@ EDGE_AXIS = np.repeat(np.arange(3), 4)
 
 
 def _face_corners() -> np.ndarray:
-    """(6, 4) corners of face 2 * axis + side, counter-clockwise seen from outside the cell."""
+    """Return corners (6, 4) of face 2 * axis + side, counter-clockwise seen from outside the cell."""
     faces = []
     for axis in range(3):
         u, v = 4 >> (axis + 1) % 3, 4 >> (axis + 2) % 3
@@ -28,7 +28,7 @@ def _face_corners() -> np.ndarray:
 
 
 def _face_edges() -> np.ndarray:
-    """(6, 4) edge between corners i and i + 1 of each face."""
+    """Return edges (6, 4): column i is the edge between corners i and i + 1 of each face."""
     edge_of = {tuple(pair): e for e, pair in enumerate(EDGE_CORNERS.tolist())}
     return np.array(
         [[edge_of[tuple(sorted((f[i], f[(i + 1) % 4])))] for i in range(4)] for f in FACE_CORNERS]
@@ -36,7 +36,7 @@ def _face_edges() -> np.ndarray:
 
 
 def _point_positions() -> np.ndarray:
-    """(MAX_POINTS, 3) positions in the unit cell; cell points begin at its centre."""
+    """Return positions (MAX_POINTS, 3) in the unit cell; cell points are at its centre."""
     at = np.full((MAX_POINTS, 3), 0.5)
     at[:FIRST_FACE_POINT] = CORNER_AT[EDGE_CORNERS].mean(axis=1)
     at[FIRST_FACE_POINT:FIRST_CELL_POINT] = CORNER_AT[FACE_CORNERS].mean(axis=1)
@@ -44,7 +44,7 @@ def _point_positions() -> np.ndarray:
 
 
 def _point_faces() -> np.ndarray:
-    """(MAX_POINTS,) bit mask of the cell's faces that hold the point."""
+    """Return bit masks (MAX_POINTS,) of the cell's faces that contain each local point."""
     mask = np.zeros(MAX_POINTS, np.int64)
     for face in range(6):
         mask[FACE_EDGES[face]] |= 1 << face
@@ -53,9 +53,9 @@ def _point_faces() -> np.ndarray:
 
 
 def _point_slots() -> np.ndarray:
-    """(18, 4) where a shared point's id is kept during the sweep: layer, slot, step in y, step in z.
+    """Return rows (18, 4) that address a shared point's id: layer, slot, step in y, step in z.
 
-    Layer 0 and 1 are the planes below and above the slab of cells, layer 2 lies between them.
+    Layers 0 and 1 are the planes below and above the slab of cells, layer 2 lies between them.
     """
     slots = np.zeros((FIRST_CELL_POINT, 4), np.int64)
     for p in range(FIRST_FACE_POINT):

@@ -1,7 +1,7 @@
-"""Cell points at which a grain would meet itself: its smaller wedge is cut off to a point of its own.
+"""Cell points at which a grain would touch itself: the grain's smallest wedge gets a point of its own.
 
-The segments seen from a cell point form the link of that point. Around each grain they close to
-cycles, one per wedge of the grain; a grain with two wedges would touch itself at the point.
+The segments around a cell point form the link of the point. A wedge is a part of a grain at the point; the
+segments that bound a wedge form a cycle. A grain with two wedges would touch itself at the point.
 """
 
 from craftmesh.jit import kernel, lean_kernel
@@ -18,9 +18,10 @@ def _bounds_grain(segment, grain):
 
 @lean_kernel
 def _walk_wedge(link, size, grain, start, used, ring, across):
-    """Walk one cycle of the link with `grain` on the right; return its length.
+    """Follow one cycle of the link with `grain` on the right, from segment `start`; return its length.
 
-    ring[i] to ring[i + 1] has the label across[i] on its left; the segments passed become `used`.
+    The segment from ring[i] to ring[i + 1] has the label across[i] on its left. Visited segments become
+    True in `used`.
     """
     n, segment = 0, start
     while segment >= 0 and not used[segment]:
@@ -40,7 +41,7 @@ def _walk_wedge(link, size, grain, start, used, ring, across):
 
 @lean_kernel
 def _is_simple_wedge(across, n):
-    """Whether the wedge has two neighbours or more, each along one run of the cycle."""
+    """Return whether the wedge has two or more neighbour labels, each on one run of the cycle."""
     runs = 0
     for i in range(n):
         if across[i] == across[i - 1 if i else n - 1]:
@@ -54,7 +55,7 @@ def _is_simple_wedge(across, n):
 
 @kernel
 def _smallest_wedge(link, size, grain, used, ring, across):
-    """Return the number of wedges of a grain, the length of its smallest simple one and where it starts."""
+    """Return a grain's wedge count, and length and first segment (or -1) of its shortest simple wedge."""
     used[:size] = False
     wedges, shortest, start = 0, _MANY, -1
     for s in range(size):
@@ -68,7 +69,7 @@ def _smallest_wedge(link, size, grain, used, ring, across):
 
 @lean_kernel
 def _wedge_to_cut(link, size, used, ring, across):
-    """Return a tied grain and the first segment of its smallest wedge; segment -1 if there is none."""
+    """Return a grain with two or more wedges and the first segment of its shortest; -1, -1 if none."""
     best, best_grain, best_start = _MANY, -1, -1
     for first in range(size):
         for column in (2, 3):
@@ -88,7 +89,7 @@ def _wedge_to_cut(link, size, used, ring, across):
 
 @kernel
 def _place_wedge_point(at, new, apex, ring, across, n):
-    """Halfway from the cell point to the wedge's middle, kept on the planes of the box it touches."""
+    """Put point `new` halfway from the cell point to the wedge's middle, on box planes of the wedge."""
     at[new] = 0.0
     for i in range(n):
         at[new] += at[ring[i]] / n
@@ -101,7 +102,7 @@ def _place_wedge_point(at, new, apex, ring, across, n):
 
 @lean_kernel
 def add_facet(sheets, count, segment, point):
-    """Append the facet from a segment to a cell point; return the new count."""
+    """Append the facet from a segment to a cell point; return the new count of facets."""
     row = sheets[count]
     row[0], row[1], row[2], row[3], row[4] = segment[0], segment[1], point, segment[2], segment[3]
     return count + 1
@@ -109,10 +110,10 @@ def add_facet(sheets, count, segment, point):
 
 @kernel
 def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
-    """Cut the smallest wedge of a tied grain off to the point `new`, if there is one.
+    """Move the shortest wedge of a grain with several wedges from `apex` to the point `new`.
 
-    Its facets are appended to `sheets`; each sheet that ended on the wedge is prolonged to `new`, so
-    `link` stays the link of `apex`. Returns whether it did so, the size of the link and the count.
+    The wedge's facets are appended to `sheets`. Sheets that end on the wedge are extended to `new`, so
+    `link` stays the link of `apex`. Return whether a wedge was moved, the link's size and the facet count.
     """
     used, ring, across = scratch.used, scratch.ring, scratch.across
     grain, start = _wedge_to_cut(link, size, used, ring, across)
@@ -138,7 +139,7 @@ def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
 
 @lean_kernel
 def cone(link, size, apex, sheets, count):
-    """Append a facet from each segment of the link to the cell point; return the new count."""
+    """Append a facet from each segment of the link to the cell point; return the new count of facets."""
     for s in range(size):
         count = add_facet(sheets, count, link[s], apex)
     return count
@@ -146,7 +147,7 @@ def cone(link, size, apex, sheets, count):
 
 @kernel
 def middle_of(link, size, at, apex):
-    """Put the cell point `apex` in the middle of its link's segments."""
+    """Put the cell point `apex` at the mean of the midpoints of its link's segments."""
     at[apex] = 0.0
     for s in range(size):
         at[apex] += 0.5 * (at[link[s, 0]] + at[link[s, 1]]) / size

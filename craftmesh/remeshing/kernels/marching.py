@@ -1,7 +1,7 @@
-"""Multi-material marching cubes: the conformal surface of a labelled volume, swept slab by slab.
+"""Multi-material marching cubes: the conformal surface of a labelled volume, made slab by slab.
 
-The cells are those of the dual grid of the volume padded with six outside labels, so the box's planes,
-edges and corners come out exactly. A surface point's id is kept only while the sweep can meet it again.
+The volume is padded with six outside labels, and cells are cells of its dual grid. So the planes, edges and
+corners of the box come out exactly. A surface point's id is stored only while later cells can need it.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ OUTSIDE = 0
 
 @kernel
 def _with_room(array, used, more):
-    """Return `array`, or a copy of twice its length when `more` rows would not fit."""
+    """Return `array`, or a copy of twice its length if `more` rows after `used` rows do not fit."""
     if used + more <= len(array):
         return array
     larger = np.empty((2 * len(array), array.shape[1]), array.dtype)
@@ -29,7 +29,7 @@ def _with_room(array, used, more):
 
 @lean_kernel
 def _read_cell(ranks, i, j, k, labels):
-    """Copy the eight corner labels of a cell; return whether they differ."""
+    """Copy the corner labels (8,) of the cell (i, j, k); return whether they differ."""
     mixed = False
     for c in range(8):
         labels[c] = ranks[i + (c >> 2), j + (c >> 1 & 1), k + (c & 1)]
@@ -39,7 +39,7 @@ def _read_cell(ranks, i, j, k, labels):
 
 @lean_kernel
 def _point_id(p, j, k, slab_ids, free):
-    """Return the id of an edge or face point of the cell in row j, column k, taking `free` on first use."""
+    """Return the id of edge or face point p of the cell in row j, column k; a first use gets id `free`."""
     layer, slot, dj, dk = POINT_SLOT[p]
     if slab_ids[layer, slot, j + dj, k + dk] < 0:
         slab_ids[layer, slot, j + dj, k + dk] = free
@@ -48,7 +48,7 @@ def _point_id(p, j, k, slab_ids, free):
 
 @kernel
 def _number_points(sheets, count, solid, cell, at, slab_ids, points, n_points, ids):
-    """Give ids to the local points that the kept facets use; return the new number of points."""
+    """Give ids to the local points of facets that bound a grain; return the new number of points."""
     ids[:] = -1
     for f in range(count):
         if not (solid[sheets[f, 3]] or solid[sheets[f, 4]]):
@@ -69,7 +69,7 @@ def _number_points(sheets, count, solid, cell, at, slab_ids, points, n_points, i
 
 @kernel
 def _next_slab(slab_ids):
-    """Make the ids on the slab's upper side those on the lower side of the next, and forget the others."""
+    """Copy the ids on the slab's upper side to the lower side of the next slab; reset all other ids."""
     _, slots, ny, nz = slab_ids.shape
     for slot in range(slots):
         for j in range(ny):
@@ -111,7 +111,7 @@ def _march(ranks, solid, scratch):
 
 
 def _ranks_by_volume(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each voxel's rank among the labels, sorted by voxel count, then label, and those labels."""
+    """Return each voxel's label rank, by voxel count and then by label, and the labels in this order."""
     found = np.unique(labels)
     index = np.searchsorted(found, labels)
     order = np.lexsort((found, np.bincount(index.ravel())))
@@ -121,7 +121,7 @@ def _ranks_by_volume(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pad_with_outside(ranks: np.ndarray) -> np.ndarray:
-    """Add one layer of the outside labels 0..5; on the padding's edges x wins over y, y over z."""
+    """Return ranks + 6 padded with a layer of outside labels 0..5; on edges x wins over y, y over z."""
     padded = np.empty(np.array(ranks.shape) + 2, np.int32)
     padded[1:-1, 1:-1, 1:-1] = ranks + OUTSIDE_LABELS
     for axis in (2, 1, 0):
@@ -133,10 +133,10 @@ def _pad_with_outside(ranks: np.ndarray) -> np.ndarray:
 def march(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the conformal surface between the labels (nx, ny, nz) of a volume, in voxels from its corner.
 
-    Labels > 0 are grains, 0 is outside, -k the void k; only facets that bound a grain are kept.
+    Labels > 0 are grains, 0 is outside, -k the void k; only facets that bound a grain are returned.
     Returns points (n, 3) float64 with the box at [0, shape], facets (m, 3) int32, sides (m, 2) int32
     (labels behind and ahead of the normal) and kind (m,) uint8: 0, or 1..6 for the planes of the box.
-    The result does not depend on the numbering of labels that differ in volume. Face rule after
+    Grains of different volume may be renumbered without a change of the surface. The face rule follows
     Wu & Sullivan (2003), see `cell_faces`.
     """
     ranks, ranked = _ranks_by_volume(labels)
