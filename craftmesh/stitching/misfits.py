@@ -1,4 +1,4 @@
-"""Surfaces of grains that are no body together: parts lost, through each other, apart, in other units."""
+"""Checks that grains form one body: surfaces that collapse, intersect, do not touch or differ in unit."""
 
 from typing import NamedTuple
 
@@ -11,22 +11,23 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, span_of
 from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hint
 
-LOST = 0.01  # of a grain's area: slivers have next to none of it, a wall between two grains far more
-MOST_PAIRS = 1000  # that are looked for
-OTHER_UNIT = 30.0  # times as large or as small as the others: nearer to a factor of 100 than to 10
+LOST = 0.01  # fraction of a grain's area; slivers have far less, a wall between two grains has far more
+MOST_PAIRS = 1000  # limit of the search for intersecting pairs of facets
+OTHER_UNIT = 30.0  # ratio of sizes above which units differ; it is closer to a factor of 100 than to 10
 
 
 class _Alone(NamedTuple):
-    """What is said of grains on their own, and whether they are far off or of another unit."""
+    """Message on grains that touch no others, and whether these are far away or in another unit."""
 
     words: str
     is_elsewhere: bool
 
 
 def refuse_lost(points: np.ndarray, facets: np.ndarray, grain: np.ndarray, kept: np.ndarray) -> None:
-    """Raise where a grain has lost more than LOST of its area, or all, by the facets not `kept` (m,).
+    """Raise CraftmeshError if the dropped facets are over LOST of a grain's area, or all its facets.
 
-    points (n, 3), facets (m, 3), grain (m,): the facets as they are given, and their grains' ids.
+    points (n, 3), facets (m, 3), grain (m,): the facets before merging, and their grains' ids. kept (m,):
+    False for dropped facets.
     """
     ids, row = np.unique(grain, return_inverse=True)
     area = np.linalg.norm(area_vectors(points, facets), axis=1)
@@ -44,10 +45,10 @@ def refuse_lost(points: np.ndarray, facets: np.ndarray, grain: np.ndarray, kept:
 
 
 def refuse_misfits(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> None:
-    """Raise where grains share no facet with the most of the others, and where facets intersect.
+    """Raise CraftmeshError if facets intersect, or if grains share no facet with the largest body.
 
     points (n, 3), facets (m, 3), sides (m, 2): the conformal surface. The message has the grains, the place
-    and, for grains on their own, what they and the others span.
+    and, for grains that touch no others, the bounding boxes.
     """
     lone = _lone(sides)
     of_lone = np.asarray(np.isin(sides, lone).any(axis=1))
@@ -68,7 +69,7 @@ def refuse_misfits(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) ->
 
 
 def _lone(sides: np.ndarray) -> np.ndarray:
-    """Return the ids of grains that hang together by facets, but not with the most; none in one body."""
+    """Return grain ids of the first component by shared facets besides the largest; none in one body."""
     ids = np.unique(sides[sides > 0])
     met = np.searchsorted(ids, sides[(sides > 0).all(axis=1)])
     body = joined(len(ids), *met.T)
@@ -78,7 +79,11 @@ def _lone(sides: np.ndarray) -> np.ndarray:
 
 
 def _alone(corners: np.ndarray, sides: np.ndarray, lone: np.ndarray, of_lone: np.ndarray) -> _Alone:
-    """Return what is said of grains that share no facet with the others; of_lone (m,): their facets."""
+    """Return the message on grains that share no facet with the others.
+
+    corners (m, 3, 3), sides (m, 2): all facets; lone: ids of these grains; of_lone (m,): mask of facets
+    of these grains.
+    """
     spans = span_of(corners[of_lone]), span_of(corners[~of_lone])
     sizes = [_usual_size(corners[own], sides[own]) for own in (of_lone, ~of_lone)]
     is_of_other_unit = max(sizes) > OTHER_UNIT * min(sizes)
@@ -89,24 +94,24 @@ def _alone(corners: np.ndarray, sides: np.ndarray, lone: np.ndarray, of_lone: np
     words = (
         f"grains {grain_names(lone)} lie {f'inside grain {host}' if host else 'off the others'}, near "
         f"{told(place)}, sharing no facet with any; {all_spans}{hint}; "
-        "expected grains that touch, all in one unit: mend those files, or leave them out"
+        "expected grains that touch, all in one unit: fix these files, or leave them out"
     )
     return _Alone(words, is_of_other_unit or are_apart(*spans))
 
 
 def _usual_size(corners: np.ndarray, sides: np.ndarray) -> float:
-    """Return the median diagonal of the grains that facets (m, 3, 3) bound."""
+    """Return the median diagonal of the bounding boxes of grains; corners (m, 3, 3), sides (m, 2)."""
     own = (corners[(sides == grain).any(axis=1)] for grain in np.unique(sides[sides > 0]).tolist())
     return float(np.median([size_of(span_of(one)) for one in own]))
 
 
 def _grain_round(place: np.ndarray, corners: np.ndarray, sides: np.ndarray) -> int:
-    """Return the grain inside which a place (3,) lies, by the solid angles of its facets; 0: none."""
+    """Return the id of the grain that contains a point (3,), by solid angles of its facets; 0 if none."""
     a, b, c = np.moveaxis(corners - place, 1, 0)
     to_a, to_b, to_c = (np.linalg.norm(way, axis=1) for way in (a, b, c))
     over = np.einsum("ij,ij->i", a, np.cross(b, c))
     under = to_a * to_b * to_c + (a * b).sum(1) * to_c + (b * c).sum(1) * to_a + (c * a).sum(1) * to_b
-    share = np.arctan2(over, under) / (2 * np.pi)  # of the whole sphere
+    share = np.arctan2(over, under) / (2 * np.pi)  # fraction of the whole sphere
     for grain in np.unique(sides[sides > 0]).tolist():
         if share[sides[:, 0] == grain].sum() - share[sides[:, 1] == grain].sum() > 0.5:
             return grain

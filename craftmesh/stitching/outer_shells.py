@@ -1,4 +1,4 @@
-"""The shells of stitched grains: gaps between grains, voids, the exterior, grains in pieces."""
+"""Facets of only one grain: gaps between grains, voids and the exterior; grains of several components."""
 
 import numpy as np
 import scipy
@@ -10,19 +10,17 @@ from craftmesh.surface.kernels.boundaries import outer_shells
 from craftmesh.surface.measure import area_vectors, swept_volumes, unit_normals
 from craftmesh.types import INTERFACE
 
-GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
-FACING = -0.7  # greatest cosine between the normals of facets that face each other
-NEIGHBOURS = 8  # facets, by their centres, that are looked at around each: itself and those about it
-CROWD = (
-    0.5  # of a place must be at fault before it is refused: the sharp edge of a void flags single facets
-)
-FLAT_SHELL = 0.01  # volume over area and edge length below which a closed shell is no void
+GAP = 0.15  # edge lengths: facets of two grains that face each other at a smaller distance should match
+FACING = -0.7  # largest cosine between the normals of facets that face each other
+NEIGHBOURS = 8  # nearest facets by centre that are compared with a facet, itself included
+CROWD = 0.5  # fraction of neighbours that must be faulty too: sharp edges of voids flag single facets
+FLAT_SHELL = 0.01  # volume / (area * edge length) below which a closed shell is not a void
 
 
 def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone: np.ndarray) -> None:
-    """Raise where facets of two grains face each other closely but do not match.
+    """Raise CraftmeshError if facets of two grains face each other closely but do not match.
 
-    points (n, 3), facets (m, 3), sides (m, 2); alone (k,): the facets that no other grain shares.
+    points (n, 3), facets (m, 3), sides (m, 2); alone (k,): indices of facets that no other grain shares.
     """
     if not len(alone):
         return
@@ -58,10 +56,10 @@ def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone
 def with_voids(
     points: np.ndarray, facets: np.ndarray, sides: np.ndarray, kind: np.ndarray, alone: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Return the sides with -k ahead of the facets of closed shells off the box, and how many there are.
+    """Return sides (m, 2) with -k ahead of the facets of void k, and the number of voids.
 
-    points (n, 3), facets (m, 3), sides (m, 2), kind (m,); alone (k,): the facets that no other grain
-    shares. Void 1 has the lowest point.
+    A void is a closed shell that does not touch the box; voids are numbered by their lowest points.
+    points (n, 3), facets (m, 3), sides (m, 2), kind (m,); alone (k,): facets that no other grain shares.
     """
     if not len(alone):
         return sides, 0
@@ -82,7 +80,7 @@ def with_voids(
 
 
 def _refuse_flat(points: np.ndarray, facets: np.ndarray, grains: np.ndarray, volume: float) -> None:
-    """Raise where a closed shell has next to no volume: two triangulations of one boundary, not a void."""
+    """Raise CraftmeshError if a closed shell has almost no volume: two triangulations of one boundary."""
     area = np.linalg.norm(area_vectors(points, facets), axis=1)
     if abs(volume) < FLAT_SHELL * area.sum() * np.sqrt(area.mean()):
         place = np.round(points[facets].mean(axis=(0, 1)), 4).tolist()
@@ -94,14 +92,14 @@ def _refuse_flat(points: np.ndarray, facets: np.ndarray, grains: np.ndarray, vol
 
 
 def starts_of(grain: np.ndarray) -> np.ndarray:
-    """Return where the rows (m,) of each grain start, those of one together, and the number of rows."""
+    """Return the first row of each grain, then the number of rows; rows (m,) are sorted by grain."""
     return np.append(np.flatnonzero(np.diff(grain, prepend=0)), len(grain))
 
 
 def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
-    """Return the ids of grains that several closed surfaces bound from outside.
+    """Return the ids of grains with several outer closed surfaces.
 
-    points (n, 3), facets (m, 3) with outward normals, grain (m,): their grains' ids, ascending.
+    points (n, 3), facets (m, 3) with outward normals, grain (m,): the facets' grain ids, ascending.
     """
     start = starts_of(grain)
     shells = outer_shells(facets, start, swept_volumes(points, facets), len(points))
@@ -109,6 +107,6 @@ def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> np.n
 
 
 def grain_names(grains: np.ndarray | list[int]) -> str:
-    """Return the ids of the grains as text, the first eight of them by name."""
+    """Return the distinct grain ids as text: the first eight ids, then the number of further ids."""
     names = [str(int(g)) for g in np.unique(grains)]
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

@@ -21,7 +21,7 @@ from craftmesh.types import INTERFACE, Surface
 
 @dataclass(frozen=True)
 class StitchOptions(Options):
-    """How near points have to be to be joined."""
+    """Options of the stage `stitch`: the distance below which points are merged."""
 
     tolerance: float = option(
         1e-6, "points closer than this share of the model's diagonal are one", at_least=0, below=1
@@ -29,14 +29,14 @@ class StitchOptions(Options):
 
 
 Grain = tuple[int, np.ndarray, np.ndarray]  # id, points (n, 3), triangles (m, 3)
-FACING_OUT = 0.9  # least cosine between the normal of a facet of the box and the axis
+FACING_OUT = 0.9  # smallest cosine between an axis and the normal of a facet on the box
 
 
 @dataclass(frozen=True, eq=False)
 class _Soup:
-    """All grains' facets on shared points, outward normals, rows in the order of the grain ids.
+    """All grains' facets on shared points, with outward normals, rows sorted by grain id.
 
-    groups: the facets with the same corners.
+    groups: groups of facets with the same corners.
     """
 
     points: np.ndarray
@@ -47,21 +47,21 @@ class _Soup:
 
 @typed
 def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None) -> tuple[Surface, dict]:
-    """Return the conformal surface of grains given as (id, points (n, 3), triangles (m, 3)).
+    """Return the conformal surface of grains given as (id, points (n, 3), triangles (m, 3)), and a report.
 
-    Points closer than options.tolerance of the diagonal are one. A facet that two grains share becomes
-    one facet between them; one without a partner bounds the box's planes, a void -k (a closed shell off
-    the box, numbered by its lowest point) or the exterior 0. Box planes come out exact.
-    Raises CraftmeshError where a grain is open or loses facets of area, where neighbours do not match, and
-    where surfaces intersect or touch no other, naming grains and places. The report's notes say what was
-    guessed: grains turned, voids, grains in pieces.
+    Points closer than options.tolerance times the diagonal are merged. A facet that two grains share
+    becomes one facet between them. A facet without a partner lies on a box plane, on a void -k (a closed
+    shell off the box, numbered by its lowest point) or on the exterior 0. Box planes are exact.
+    Raises CraftmeshError if a grain is open or loses much area, if neighbours do not match, and if surfaces
+    intersect or touch no others; it names grains and places. The report's notes list guesses: inverted
+    grains that were turned, voids, grains of several components.
     """
     options = options or StitchOptions()
     soup, figures = _joined(grains, options)
     facets, sides = _paired(soup)
     ids, pieces = np.unique(soup.grain), in_pieces(soup.points, soup.facets, soup.grain)
     points = soup.points
-    del soup  # of twice as many facets
+    del soup  # has twice as many facets
     points, kind = _on_box(points, facets, sides, options)
     alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
     refuse_gaps(points, facets, sides, alone)
@@ -80,7 +80,7 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
 
 
 def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dict]:
-    """Merge coincident points of all grains; drop facets that collapse; turn inverted grains outward.
+    """Merge coincident points of all grains, drop collapsed facets and turn inverted grains.
 
     Return the soup and the report's numbers.
     """
@@ -115,18 +115,18 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
 
 
 def _ids(grains: Sequence[Grain]) -> list[int]:
-    """Return the grains' ids; raise for none, and for ids that are not positive or given twice."""
+    """Return the grains' ids; raise CraftmeshError if there are none, or ids are <= 0 or duplicate."""
     if not grains:
         raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
     ids = [int(as_array("grain id", given, np.int32, ())) for given, _, _ in grains]
     for grain, times in Counter(ids).items():
         if grain <= 0 or times > 1:
-            raise CraftmeshError(f"grain id {grain} is not above 0, or given twice; expected distinct ids")
+            raise CraftmeshError(f"grain id {grain} is <= 0 or duplicate; expected distinct ids > 0")
     return ids
 
 
 def _distinct(grains: Sequence[Grain]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield points and triangles of each grain, by id, equal points once; raise for bad arrays."""
+    """Yield distinct points and the triangles of each grain, by id; raise CraftmeshError for bad arrays."""
     for grain, points, triangles in sorted(grains, key=lambda given: int(given[0])):
         points = as_array(f"grain {grain}: points", points, float, (None, 3))
         triangles = as_array(f"grain {grain}: triangles", triangles, np.int64, (None, 3))
@@ -134,11 +134,11 @@ def _distinct(grains: Sequence[Grain]) -> Iterator[tuple[np.ndarray, np.ndarray]
             raise CraftmeshError(f"grain {grain}: no triangles; expected a closed surface")
         check_indices(f"grain {grain}: triangles", triangles, len(points))
         first, inverse = _first_equal(points)
-        yield points[first] + 0.0, inverse[triangles]  # 0.0 of -0.0, whichever grain comes first
+        yield points[first] + 0.0, inverse[triangles]  # turns -0.0 into 0.0, for any order of grains
 
 
 def _first_equal(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ids of the first points of all places, and for each point (n,) its place among these."""
+    """Return the indices of the first point at each place, and for each point (n,) its row among these."""
     lowest = lowest_equal_point(points)
     is_first = lowest == np.arange(len(points))
     return np.flatnonzero(is_first), (np.cumsum(is_first) - 1)[lowest]
@@ -147,7 +147,7 @@ def _first_equal(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _outward(
     points: np.ndarray, facets: np.ndarray, grain: np.ndarray, groups: RowGroups
 ) -> tuple[_Soup, list[int]]:
-    """Return the soup with the facets of grains that are inside out turned, and the ids of those."""
+    """Return the soup with all grains' facets turned outward, and the ids of grains that were inverted."""
     start = starts_of(grain)
     swept = np.add.reduceat(swept_volumes(points, facets), start[:-1])
     for n in np.flatnonzero(swept < 0):
@@ -156,7 +156,7 @@ def _outward(
 
 
 def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turned: list[int]) -> list[str]:
-    """Return what was guessed of the grains, a sentence each."""
+    """Return sentences on guesses: turned grains, voids and exterior, grains of several components."""
     notes = []
     if turned:
         notes.append(f"the facets of grains {grain_names(turned)} looked inwards and were turned")
@@ -164,7 +164,7 @@ def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turne
         absent = np.setdiff1d(np.arange(1, min(ids[-1], 2 * len(ids))), ids)
         notes.append(
             f"{voids} voids within grains and {exterior} facets to the outside off the box: no grain is "
-            "there; where one should be, add its file"
+            "there; if one is missing, add its file"
             + (f" (ids without one: {grain_names(absent)})" if len(absent) else "")
         )
     if len(pieces):
@@ -173,7 +173,10 @@ def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turne
 
 
 def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return for each point the first point of its cluster within the tolerance."""
+    """Return for each point (n,) the index of the first point of its cluster.
+
+    tolerance: largest distance between linked points, as a fraction of the diagonal.
+    """
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     lowest = np.arange(len(points))
     pairs = close_pairs(points - points[0], tolerance * size, max(4 * tolerance, ROUNDING) * size or 1.0)
@@ -184,7 +187,10 @@ def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _folded(facets: np.ndarray, grain: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: facets of one grain that lie on each other in pairs, where thin parts collapsed."""
+    """Return a mask (m,) of facets that coincide with an opposite facet of the same grain.
+
+    A thin part of a grain collapsed there. pairs (k, 2): facets with the same corners.
+    """
     own = pairs[grain[pairs[:, 0]] == grain[pairs[:, 1]]]
     is_folded = np.zeros(len(facets), bool)
     is_folded[own[~same_turn(*facets[own.T])]] = True
@@ -192,7 +198,11 @@ def _folded(facets: np.ndarray, grain: np.ndarray, pairs: np.ndarray) -> np.ndar
 
 
 def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
-    """Return each facet once, seen from its grain of lower id, with sides; the outside is 0."""
+    """Return facets (m, 3), each once with the orientation of its grain of lower id, and sides (m, 2).
+
+    Side 0 is the outside. Raises CraftmeshError if a grain is open, or if facets belong to more than two
+    grains or to grains on the same side.
+    """
     _refuse_open(soup)
     groups = soup.groups
     lead, pairs, crowded = groups.lead, groups.pairs, np.flatnonzero(groups.count > 2)
@@ -215,7 +225,7 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _refuse_open(soup: _Soup) -> None:
-    """Raise where the facets of a grain do not close, naming the grains and a place."""
+    """Raise CraftmeshError with grains and a place if the facets of a grain have open edges."""
     sides = np.stack([soup.grain, np.zeros_like(soup.grain)], axis=1)
     found = open_edges(soup.facets, sides, len(soup.points))
     if len(found):
@@ -233,7 +243,7 @@ def _place(soup: _Soup, row: int) -> list[float]:
 def _on_box(
     points: np.ndarray, facets: np.ndarray, sides: np.ndarray, options: StitchOptions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points with box planes made exact, and the kind of each facet."""
+    """Return points (n, 3) with exact box planes, and the kind (m,) of each facet: 0, or box plane 1..6."""
     points, kind = points.copy(), np.zeros(len(facets), np.uint8)
     alone = np.flatnonzero(sides[:, 1] == 0)
     reach = options.tolerance * np.linalg.norm(np.ptp(points, axis=0))
