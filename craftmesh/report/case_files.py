@@ -275,16 +275,17 @@ def last_line(path: Path) -> str:
 
 
 def write_records(results: Path, asked: Mapping[str, Any], campaign: str = "the campaign") -> None:
-    """Write into the folder of each case what a campaign asked for: its sheet, and its configuration.
+    """Write a record (RECORD) with configuration and versions into the folder of each case of a campaign.
 
-    Records of the campaign's cases that are no longer in its sheet are removed.
+    asked: the keys campaign, config and cases, from the workflow; campaign: name for messages. Records of
+    the campaign's cases that are no longer in its case table are removed.
     """
     if not {"campaign", "config", "cases"} <= asked.keys():
         raise CraftmeshError(
             f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
-            " workflow says them; leave --campaign out for cases that have been reported before"
+            " workflow writes them; leave --campaign out for cases that have been reported before"
         )
-    for path in results.glob(f"*/{RECORD}"):  # of cases that the sheet no longer has
+    for path in results.glob(f"*/{RECORD}"):  # of cases that are no longer in the table
         if path.parent.name not in asked["cases"] and read_json(path).get("campaign") == asked["campaign"]:
             path.unlink()
     for name, case in asked["cases"].items():

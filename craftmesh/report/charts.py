@@ -34,7 +34,7 @@ PER_ROW = 3
 class Converged(NamedTuple):
     """A quantity of a sweep, with a value or None for each size. size: the converged one, None if none.
 
-    judged: False for measures of the mesh, which need not converge, and if fewer than two have values.
+    judged: False for measures of the mesh, which need not converge, and for fewer than FEWEST values.
     """
 
     quantity: str

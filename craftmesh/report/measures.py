@@ -38,7 +38,7 @@ class Row(NamedTuple):
 class GrownRow(NamedTuple):
     """K, kink angle and extension of an increment's crack: smallest and largest value along the fronts.
 
-    K and kink angle are those of the nodes that steer growth (`of_trusted`). cycles: load cycles up to here
+    K and kink angle are taken at the nodes that steer growth (`of_trusted`). cycles: load cycles up to here
     and their estimated error, None without a growth law that gives them.
     """
 

@@ -36,7 +36,7 @@ class Sweep(NamedTuple):
 
 
 def sweeps(records: Mapping[str, Mapping[str, Any]]) -> list[Sweep]:
-    """Return the sweeps among cases, those with more sizes first; records: case.json by case name.
+    """Return the sweeps among cases, longest first; records: case.json by case name.
 
     If several lengths of `sizing` increase together, and none alone, the first of them names the sweep.
     """
@@ -96,7 +96,7 @@ def _sweep(key: str, by_size: Mapping[float, str]) -> Sweep:
 
 @dataclass(frozen=True)
 class ReportOptions(Options):
-    """What is compared between cases that differ only in an element size, and the convergence tolerance."""
+    """Options of the report: the quantity to compare in sweeps, and the convergence tolerance."""
 
     quantity: str | None = option(
         None,
