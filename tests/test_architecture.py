@@ -123,7 +123,7 @@ def test_the_page_names_all_who_import_the_rim():
     for importer, imported in imports():
         if room(imported) in RIM and room(importer) not in RIM | {"cli"}:
             found.setdefault(room(imported), set()).add("/".join(importer.split(".")[1:]))
-    assert table("room of the rim | imported by") == found
+    assert table("outer package | imported by") == found
 
 
 def test_the_page_names_the_commands_that_know_several_stages():
