@@ -1,14 +1,13 @@
 """Tetrahedra in the grains.
 
-In come the gradated surface and lengths, out come the tets of each grain on the surface's own points.
-`volume` has the whole chain and its two halves: the grains, which chunks share, and the whole model.
-Each grain is meshed in a worker (`tetrahedralize`, `grain_meshing`): a first mesh tells inside from
-outside (`grain_region`), a lattice gives points (`interior_points`), a mesher fills the grain
-(`meshers`), and a grain that fails is tried with less asked (`ladder`). `optimise_tets` improves the tets
-by one list of operations (`kernels/tet_operations`) for one objective after another
-(`kernels/tet_objective`), once and in the worker. A point of the surface then moves within its
-classification and its tolerance (`surface_freedom`), for all grains at it alike: it slides, and last it
-leaves the surface where tets are at fault (`surface_moves`). Where a grain
-fails every attempt, fTetWild meshes the whole model (`fallback`, `whole`). The numbers are the
-schedule of `optimise_tets` and the reaches of `surface_moves`.
+The input is the gradated surface and target lengths, the output the tets of each grain on the surface's
+points. `volume` has the whole chain and its two halves: the grains, in chunks, and the whole model. A
+worker meshes each grain (`tetrahedralize`, `grain_meshing`): a first mesh separates inside from outside
+(`grain_region`), a lattice gives interior points (`interior_points`), a mesher fills the grain (`meshers`),
+and a grain that fails gets attempts with fewer demands (`ladder`). `optimise_tets` improves the tets in the
+worker by one list of operations (`kernels/tet_operations`) for one objective after another
+(`kernels/tet_objective`). Surface points then move within their classification and tolerance
+(`surface_freedom`), with all their grains: first along the surface, and last off the surface where tets are
+poor (`surface_moves`). If a grain fails every attempt, fTetWild meshes the whole model (`fallback`,
+`whole`). The numbers are the schedule of `optimise_tets` and the reaches of `surface_moves`.
 """

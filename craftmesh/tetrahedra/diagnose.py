@@ -1,4 +1,4 @@
-"""Where a grain's surface fails: the facets at fault, and their neighbourhood to look at."""
+"""Diagnosis of a grain that cannot be meshed: the faulty facets of its surface."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ import numpy as np
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 
-# Where TetGen lists the facets it could not use, in its working folder.
+# File in TetGen's working folder that lists the facets it could not use.
 SKIPPED = "tetgen-tmpfile_skipped.face"
 # Seconds for TetGen's own diagnosis.
 TIME_LIMIT = 120.0
@@ -27,8 +27,9 @@ _ASK = (
 class GrainFailure:
     """A grain that could not be meshed.
 
-    reason: the last attempt's; attempts: what was tried and how it ended; facet_ids: rows of the Surface
-    at fault (may be empty); surface: the grain's own surface, with `at_fault` (m,) marking its facets.
+    reason: error of the last attempt; attempts: all attempts with their reasons; facet_ids: faulty facets
+    as rows of the Surface (may be empty); surface: the grain's own surface; at_fault (m,): mask of its
+    faulty facets.
     """
 
     grain: int
@@ -40,14 +41,14 @@ class GrainFailure:
 
     @property
     def place(self) -> np.ndarray | None:
-        """Mean coordinates (3,) of the facets at fault, if any."""
+        """Mean coordinates (3,) of the faulty facets, None if there are none."""
         if not self.at_fault.any():
             return None
         return self.surface.points[self.surface.facets[self.at_fault]].mean((0, 1))
 
     @property
     def marks(self) -> dict[str, np.ndarray]:
-        """Marks (m,) of the facets of `surface`, to look at: at fault, crack, row of the Surface."""
+        """Arrays (m,) by name for a picture of `surface`: faulty, crack, row of the Surface."""
         return {
             "at_fault": self.at_fault,
             "crack": self.surface.internal,
@@ -55,7 +56,7 @@ class GrainFailure:
         }
 
     def report(self) -> dict:
-        """Return the failure as reports list it."""
+        """Return the failure as a dictionary for reports."""
         return {
             "reason": self.reason,
             "facets": self.facet_ids.tolist(),
@@ -72,10 +73,10 @@ class GrainFailure:
 
 
 def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetgen: bool) -> GrainFailure:
-    """Return the failure of a grain with the facets at fault.
+    """Return the failure of a grain with its faulty facets.
 
-    These are the facets that intersect; failing that those that TetGen's own diagnosis names; failing
-    that `where`, rows of the grain's facets that the checks found.
+    Faulty facets are the facets that intersect. If none do, they are the facets that TetGen's own diagnosis
+    names (with ask_tetgen), and last `where`, rows of the grain's facets that the checks found.
     """
     rows = np.unique(intersecting_pairs(surface.points, surface.facets))
     if not len(rows) and ask_tetgen:
@@ -90,7 +91,7 @@ def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetg
 
 
 def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
-    """Return rows of the grain's facets that TetGen skips, run apart in a temporary folder."""
+    """Return rows of the grain's facets that TetGen skips, from a TetGen process in a temporary folder."""
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "surface.npz"
         np.savez(data, points=surface.points, facets=surface.facets)
@@ -107,6 +108,6 @@ def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
 
 
 def shortened(ids: Sequence[int] | np.ndarray, limit: int = 6) -> str:
-    """Return the first ids as text and how many more there are."""
+    """Return the first `limit` ids as text, with the number of further ids."""
     text = ", ".join(str(i) for i in ids[:limit])
     return text if len(ids) <= limit else f"{text} and {len(ids) - limit} more"

@@ -1,4 +1,4 @@
-"""The last rung of the ladder: where grains are left without tets, the whole model is meshed anew."""
+"""The last resort: if grains are left without tets, the whole model is meshed again."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from craftmesh.types import GrainTets, Surface
 class Completion:
     """Tets of all grains and the surface they lie on.
 
-    whole_model: the report of the mesh of the whole model, if that was needed; warning: says so in one
-    line where it was not asked for.
+    whole_model: report of the mesh of the whole model, None if the grains were meshed; warning: a line on
+    that mesh, None if the user asked for it.
     """
 
     surface: Surface
@@ -33,10 +33,10 @@ def completed(
     options: TetrahedralizeOptions,
     progress: Callable[[float, str], None] = silent,
 ) -> Completion:
-    """Return the tets `given` or, where the record says that grains are left, those of the whole model.
+    """Return the tets `given` or, if the record lists grains without tets, a mesh of the whole model.
 
-    record: that of `record_of` or `merged`; sizing_of: called only when the model is meshed anew, by
-    pytetwild. Raises CraftmeshError when that fails, or when options.fallback is none.
+    record: from `record_of` or `merged`; sizing_of: called only if pytetwild meshes the whole model. Raises
+    CraftmeshError if this fails, or if options.fallback is none.
     """
     if not record.get("left"):
         return given

@@ -26,13 +26,13 @@ from craftmesh.tetrahedra.record import poor_tets
 from craftmesh.types import GrainTets
 
 NO_POINTS = np.zeros((0, 3))
-# Marks of facets for the mesher: any two numbers > 0 do.
+# Markers of facets for the mesher: any two different numbers > 0.
 BOUNDARY_MARKER, INTERNAL_MARKER = 1, 2
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What all grains share: the options and target lengths, None for those of each grain's surface."""
+    """Options and target lengths for all grains; sizing None: lengths of each grain's surface edges."""
 
     options: TetrahedralizeOptions
     sizing: Lengths | None
@@ -40,10 +40,10 @@ class Setting:
 
 @dataclass(frozen=True)
 class Scaffold:
-    """A first mesh without added points, which tells inside from outside.
+    """A first mesh without added points, which separates inside from outside.
 
-    nodes (n, 3), tets (t, 4); holes (h, 3): seeds of the regions to leave empty; seeds_off: how many of the
-    seeds that were given lie in none of them.
+    nodes (n, 3), tets (t, 4); holes (h, 3): seeds of the regions to leave empty; seeds_off: number of given
+    seeds that lie in no such region.
     """
 
     nodes: np.ndarray
@@ -54,20 +54,20 @@ class Scaffold:
 
 
 class Stopwatch:
-    """Processor seconds from lap to lap."""
+    """CPU seconds of each step, by name."""
 
     def __init__(self) -> None:
         self.last = process_time()
         self.seconds: dict[str, float] = {}
 
     def lap(self, name: str) -> None:
-        """Keep the seconds since the last lap under `name`."""
+        """Store the seconds since the last call under `name`."""
         now = process_time()
         self.seconds[name], self.last = now - self.last, now
 
 
 def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
-    """Return the grain's tets and figures of the making. Raises WrongMesh and MesherRefusal."""
+    """Return a grain's tets and a report with counts and times. Raises WrongMesh and MesherRefusal."""
     surface, options = task.surface, setting.options
     sizing = LocalSizing(surface.points, surface.facets) if setting.sizing is None else setting.sizing
     watch = Stopwatch()
@@ -95,7 +95,7 @@ def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
 
 
 def scaffold(task: MeshingTask, mesher: str) -> Scaffold:
-    """Return the first mesh of a grain, with the seeds of what to leave empty."""
+    """Return the first mesh of a grain, with seeds of the regions to leave empty."""
     nodes, tets = _mesh(task.surface, mesher, NO_POINTS, NO_POINTS, task.attempt.scaffold)
     regions = find_regions(task.surface, tets)
     seeds = hole_seeds(nodes, tets, regions)
@@ -121,7 +121,7 @@ def filled(
 def optimised(
     surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray, sizing: Lengths
 ) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Return better nodes and tets, checked like the mesher's, and counts of operations."""
+    """Return improved nodes (n, 3) and tets (t, 4), checked like the mesher's, and counts of operations."""
     internal = surface.facets[surface.internal]
     nodes, tets, steps = optimise_tets(nodes, tets, len(surface.points), internal, sizing.at(nodes))
     find_regions(surface, tets)

@@ -1,4 +1,4 @@
-"""Which tetrahedra lie in a grain: flood fill from the grain's facets, seeds of what lies within it."""
+"""The tetrahedra inside a grain, by flood fill from its facets, and seeds of regions to leave empty."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.tet_cavity import FACES, link_tets
 from craftmesh.tetrahedra.kernels.tet_regions import find_facets, part_regions, sum_volumes
 
-# Seeds that are given move by this part of the grain's box: off faces, edges and diagonals of a grid.
+# Shift of given seeds, as a fraction of the grain's box: off faces, edges and diagonals of a grid.
 OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
 
 
 class WrongMesh(Exception):
-    """A mesh that does not fill its grain exactly; `where`: rows of the grain's facets concerned."""
+    """A mesh that does not fill its grain exactly; `where`: rows of the faulty facets of the grain."""
 
     def __init__(self, reason: str, where: Sequence[int] | np.ndarray = ()):
         super().__init__(reason)
@@ -25,22 +25,25 @@ class WrongMesh(Exception):
 
 @dataclass(frozen=True)
 class Regions:
-    """Regions of a mesh that facets part: `region` (t,) of each tet, `is_grain` (r,) of each region."""
+    """Regions of a mesh that facets separate.
+
+    region (t,): of each tet; is_grain (r,): mask of the regions inside the grain.
+    """
 
     region: np.ndarray
     is_grain: np.ndarray
 
     @property
     def kept(self) -> np.ndarray:
-        """(t,) whether a tet lies in the grain."""
+        """Mask (t,) of tets inside the grain."""
         return self.is_grain[self.region]
 
 
 def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
-    """Return the regions that the grain's facets part the tets (t, 4) into, told in from out.
+    """Return the regions into which the grain's facets divide the tets (t, 4), inside and outside.
 
-    A region is in the grain when it lies behind its boundary facets. Raises WrongMesh when facets are
-    missing from the mesh, there twice, or when a region lies on both sides: the surface is open.
+    A region is inside the grain if it lies behind its boundary facets. Raises WrongMesh if facets are
+    missing from the mesh or duplicate, or if a region lies on both sides because the surface is open.
     """
     triples = np.sort(surface.facets, axis=1)
     order = np.lexsort(triples.T[::-1])
@@ -77,7 +80,7 @@ def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
 def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) -> None:
     """Raise WrongMesh unless the tets fill the grain: same nodes, same volume, no inverted tet.
 
-    Volumes agree to ROUNDING.
+    The relative difference of volumes may be ROUNDING.
     """
     count = len(surface.points)
     if not np.array_equal(points[:count], surface.points):
@@ -92,7 +95,7 @@ def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) ->
 
 
 def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.ndarray:
-    """Return one point (h, 3) well inside each region that is not the grain's.
+    """Return a point (h, 3) in each region outside the grain.
 
     The point is the centroid of the region's tet with the largest inscribed sphere.
     """
@@ -114,14 +117,15 @@ def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.nda
 def replace_by_given(
     seeds: np.ndarray, given: np.ndarray, points: np.ndarray, tets: np.ndarray, regions: Regions
 ) -> tuple[np.ndarray, int]:
-    """Return `seeds` with the `given` (k, 3) in place where they lie inside, and how many do not.
+    """Return seeds (h, 3) with given ones where possible, and the number of given seeds in no region.
 
-    `seeds` are those of `hole_seeds`, in the same order of regions.
+    seeds: from `hole_seeds`, in the order of regions; given (k, 3): a seed inside a region replaces its
+    seed.
     """
     outside = np.flatnonzero(~regions.kept)
     holes = np.unique(regions.region[outside])
     result, off = seeds.copy(), 0
-    # a seed may lie on a face between two tets, as centres of voxels do: off it, it lies in one
+    # a seed may lie on a face between two tets, as voxel centres do; shifted off the face, it lies in one
     for seed in given + OFF_FACES * np.ptp(points, axis=0):
         inside = outside[_holds(points[tets[outside]], seed)]
         if len(inside):
@@ -132,7 +136,7 @@ def replace_by_given(
 
 
 def _holds(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Whether the tets with `corners` (t, 4, 3) hold the point strictly inside."""
+    """Return a mask (t,) of tets with `corners` (t, 4, 3) that contain the point strictly inside."""
     a, b, c, d = (corners[:, i] - point for i in range(4))
     faces = ((a, b, c), (a, c, d), (a, d, b), (b, d, c))
     turn = np.stack([np.einsum("ij,ij->i", np.cross(p, q), r) for p, q, r in faces], axis=1)

@@ -1,4 +1,4 @@
-"""The surface as grains are cut from it: repaired where facets intersect; and the facets of one grain."""
+"""The surface of each grain, after a repair of the whole surface where facets intersect."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ from craftmesh.types import Surface
 
 @dataclass(frozen=True)
 class GrainSurface:
-    """The surface of one grain: what a mesher gets.
+    """The surface of one grain, the input of a mesher.
 
-    nodes (k,) ids of surface points; points (k, 3) their coordinates; facets (m, 3) local ids, normals
-    out of the grain; internal (m,) bool: crack facets with the grain on both sides; facet_ids (m,) rows
-    of the Surface.
+    nodes (k,): ids of surface points; points (k, 3): their coordinates; facets (m, 3): local ids, normals
+    out of the grain; internal (m,): mask of crack facets with the grain on both sides; facet_ids (m,):
+    rows of the Surface.
     """
 
     grain: int
@@ -40,7 +40,7 @@ class GrainSurface:
 def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> list[GrainSurface]:
     """Return the surfaces of `grains` (default: all), by ascending id.
 
-    Points with the same coordinates count as one, the one of the lowest id. Raises CraftmeshError for
+    Points with the same coordinates count as one point, with the lowest id. Raises CraftmeshError for
     a grain that has no facets.
     """
     ids = surface.grains if grains is None else as_array("grains", list(grains), np.int64, (None,))
@@ -70,7 +70,7 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
 
 @dataclass(frozen=True)
 class Mended:
-    """A surface to cut grains from, and the report of its repair with a warning; None without a fault."""
+    """A surface after repair, and the report and warning of the repair, None if there was no fault."""
 
     surface: Surface
     report: dict | None = None
@@ -78,7 +78,7 @@ class Mended:
 
 
 def mended(surface: Surface) -> Mended:
-    """Return the surface with points of facets that intersect or are degenerate moved."""
+    """Return the surface after points of intersecting or degenerate facets were moved, with a report."""
     found, report = repair_surface(surface)
     if not report["faults"]:
         return Mended(surface)

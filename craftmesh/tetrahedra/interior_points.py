@@ -8,22 +8,22 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.interior_fill import mark_clear, mark_inside, thin_out
 
-# Lengths in target edge lengths l, chosen on six volumes: their tetrahedra have edges of .93 to .945 l in
-# the median.
+# Lengths in target edge lengths l, chosen on six volumes, whose tetrahedra then have median edges of .93 to
+# .945 l.
 LAYER_HEIGHT = 0.62
 LATTICE_CELL = 1.02
 FROM_VERTEX = 0.5
 FROM_FACET = 0.4
 APART = 0.68
-# Over a facet, l is at most this many times the largest at its corners: the search goes no further.
+# Bound of l above a facet, relative to the largest l at its corners; it limits the search.
 LARGER = 1.5
 # A lattice cell is split in eight while it is larger than the local cell by this factor.
 SPLIT = 1.53
-# The coarsest cell is the best of this many within a factor of two.
+# Number of sizes within a factor of two that are tried for the coarsest cell.
 COARSEST = 16
-# Where the best is told: at so many places along each axis of the grain's box.
+# Points along each axis of the grain's box at which these sizes are compared.
 PROBES_PER_AXIS = 13
-# Bounds of work where l varies wildly: halvings of the first cell, and bins along the longest axis.
+# Limits for strongly varying l: halvings of the first cell, and bins along the longest axis.
 MAX_LEVELS = 12
 MAX_CELLS_PER_AXIS = 200
 OCTANTS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
@@ -34,9 +34,9 @@ def interior_points(
 ) -> np.ndarray:
     """Return points (k, 3) inside the grain at distances of about `sizing.at`.
 
-    points, tets: a first mesh of the grain, which tells what is inside. A body-centred octree lattice of
-    cells about 1.02 l comes first, for its tetrahedra are the best; over facets
-    (on both sides of crack facets) that it leaves room at, a point stands .62 l high.
+    points, tets: a first mesh of the grain, which defines the inside. A body-centred octree lattice of
+    cells of about 1.02 l has priority, because its tetrahedra are the best. Facets with enough room (crack
+    facets on both sides) get a point at a height of .62 l.
     """
     low, high = surface.points.min(0), surface.points.max(0)
     candidates = np.concatenate([_lattice(low, high, surface.points, sizing), _layer(surface, sizing)])
@@ -55,7 +55,7 @@ def interior_points(
 
 
 def _spaced(candidates: np.ndarray, size: np.ndarray, vertices: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return the candidates (k, 3) that keep their distances from vertices and those before them."""
+    """Return candidates (k, 3) that are far enough from the vertices and from earlier candidates."""
     count = len(vertices)
     points = np.concatenate([vertices, candidates])
     apart = np.zeros((len(points), 2))
@@ -66,7 +66,7 @@ def _spaced(candidates: np.ndarray, size: np.ndarray, vertices: np.ndarray, grid
 
 
 def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:
-    """One point over each facet on its inner side, on both sides of internal facets."""
+    """Return a point (k, 3) above each facet on its inner side, for internal facets on both sides."""
     normal = area_vectors(surface.points, surface.facets)
     length = np.linalg.norm(normal, axis=1)
     sound = length > 0
@@ -78,7 +78,7 @@ def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:
 
 
 def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> np.ndarray:
-    """Centres and corners of octree cells of about LATTICE_CELL * l, the coarse ones first."""
+    """Return centres and corners (k, 3) of octree cells of about LATTICE_CELL * l, coarse cells first."""
     cell = _coarsest_cell(low, high, nodes, sizing)
     counts = [len(np.arange(a, b, cell)) for a, b in zip(low, high)]
     cells = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
@@ -97,9 +97,9 @@ def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengt
 
 
 def lattice_corners(cells: np.ndarray) -> np.ndarray:
-    """Return the corners (k, 3) of unit cells at `cells` (n, 3), each once and in the cells' order.
+    """Return the distinct corners (k, 3) of unit cells at `cells` (n, 3), in the cells' order.
 
-    All eight count: those on larger cells' faces make the step between two levels a soft one.
+    All eight corners are used; corners on faces of larger cells smooth the step between two levels.
     """
     if not len(cells):
         return cells
@@ -110,7 +110,7 @@ def lattice_corners(cells: np.ndarray) -> np.ndarray:
 
 
 def _coarsest_cell(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> float:
-    """The octree's first cell, of which the halves fit LATTICE_CELL * l best, counted by points."""
+    """Return the first cell's size whose repeated halves fit LATTICE_CELL * l best, weighted by points."""
     axes = np.linspace(low, high, PROBES_PER_AXIS).T
     local = LATTICE_CELL * sizing.at(np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3))
     largest = max(local.max(), LATTICE_CELL * sizing.at(nodes).max())

@@ -1,4 +1,4 @@
-"""The ladder of attempts that every grain climbs down until one of them gives its tetrahedra."""
+"""The ladder: a series of attempts at each grain, until one of them gives its tetrahedra."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,22 +11,22 @@ from craftmesh.tetrahedra.diagnose import GrainFailure, diagnose
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.types import GrainTets
 
-# Keeps the surface, adds nothing it can do without: the cheapest mesh that tells inside from outside.
+# Keeps the surface and adds only necessary points: the cheapest mesh that separates inside from outside.
 SCAFFOLD_SWITCHES = "pYAQ"
-# The same with TetGen's coplanarity tolerance at 1e-12 in place of 1e-8, its default.
+# The same with TetGen's coplanarity tolerance at 1e-12 instead of the default 1e-8.
 COARSE_SWITCHES = "pYT1e-12AQ"
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """How a grain is tried: the mesher's switches, and whether with interior points."""
+    """An attempt: the mesher's switches, with or without interior points, and the scaffold's switches."""
 
     switches: str
     with_points: bool
     scaffold: str = SCAFFOLD_SWITCHES
 
     def report(self, outcome: str, seconds: float) -> dict:
-        """Return the attempt as reports list it; outcome: "meshed" or the reason why not."""
+        """Return the attempt as a dictionary for reports; outcome: "meshed" or the reason of failure."""
         return {
             "switches": self.switches,
             "interior_points": self.with_points,
@@ -37,7 +37,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class MeshingTask:
-    """A grain to mesh, seeds (k, 3) of islands within it, the attempt and those that failed before."""
+    """A grain to mesh, seeds (k, 3) of its islands, the attempt, its number, and reports of failed ones."""
 
     surface: GrainSurface
     seeds: np.ndarray
@@ -46,19 +46,19 @@ class MeshingTask:
     failed: tuple = field(default=())
 
     def next(self, attempt: Attempt, failure: dict) -> "MeshingTask":
-        """Return the task of the next rung of the ladder."""
+        """Return the task with the next attempt; failure: report of this attempt."""
         return replace(self, attempt=attempt, rung=self.rung + 1, failed=(*self.failed, failure))
 
 
 def attempts(switches: str, with_points: bool) -> list[Attempt]:
-    """Return the attempts in order: as asked, then without points, without quality, another tolerance."""
+    """Return attempts in order: as given, without points, without quality bounds, with less tolerance."""
     tried = [Attempt(switches, with_points), Attempt(switches, False)]
     tried += [Attempt(SCAFFOLD_SWITCHES, with_points), Attempt(SCAFFOLD_SWITCHES, False)]
     tried.append(Attempt(COARSE_SWITCHES, False, COARSE_SWITCHES))
     return list(dict.fromkeys(tried))
 
 
-# Figures of the grains that a report adds up.
+# Figures of grains that a report sums.
 SUMMED = (
     "tets",
     "tets_meshed",
@@ -73,9 +73,9 @@ SUMMED = (
 
 
 class Ladder:
-    """Grains on their way through the attempts, and what became of each; a Listener of `run_tasks`.
+    """The attempts at all grains and their results; a Listener of `run_tasks`.
 
-    ask_tetgen: whether TetGen's own diagnosis counts for grains that fail every attempt.
+    ask_tetgen: whether TetGen's own diagnosis is used for grains that fail every attempt.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class Ladder:
         self.spent = 0
 
     def tasks(self, islands: Iterable[Any]) -> list[tuple[float, MeshingTask]]:
-        """Return each grain's cost and its task of the first rung; islands have a `host` and `seeds`."""
+        """Return each grain's cost and its first task; islands have a `host` grain and `seeds`."""
         seeds: dict[int, list] = {}
         for island in islands:
             seeds.setdefault(island.host, []).extend(island.seeds)
@@ -107,14 +107,14 @@ class Ladder:
         ]
 
     def on_done(self, task: MeshingTask, value: tuple[GrainTets, dict], seconds: float) -> None:
-        """Take a grain's tets and figures."""
+        """Store a grain's tets and figures."""
         grain_tets, figures = value
         tried = [*task.failed, task.attempt.report("meshed", seconds)]
         self.done[task.surface.grain] = grain_tets, figures | {"attempts": tried}
         self._tell(task)
 
     def on_failure(self, task: MeshingTask, failure: Failure, seconds: float) -> MeshingTask | None:
-        """Return the task of the next rung, or None where there is none and the grain has failed."""
+        """Return the task of the next attempt; after the last attempt store the failure and return None."""
         attempt = task.attempt.report(failure.reason, seconds)
         if task.rung + 1 < len(self.attempts):
             return task.next(self.attempts[task.rung + 1], attempt)
@@ -137,7 +137,7 @@ class Ladder:
         return tuple(sorted(self.failures, key=lambda failure: failure.grain))
 
     def report(self) -> dict:
-        """Return sums over grains, and per grain all that took more than one attempt."""
+        """Return sums over grains, and by grain poor tets, repeated attempts and failures."""
         figures = {grain: self.done[grain][1] for grain in sorted(self.done)}
         return {
             "grains": len(self.done),

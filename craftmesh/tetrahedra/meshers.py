@@ -1,4 +1,4 @@
-"""What a tetrahedral mesher has to do, how one is found by name, and TetGen as package and as program."""
+"""The protocol of a tetrahedral mesher, the lookup by name, and TetGen as package and as program."""
 
 import shutil
 import subprocess
@@ -16,7 +16,7 @@ BUILT_IN = {
     "tetgen": "craftmesh.tetrahedra.meshers:TetGenMesher",
     "tetgen-cli": "craftmesh.tetrahedra.meshers:TetGenProgram",
 }
-# Not a mesher of single grains: `tetrahedra/whole/` meshes all of them at once with it.
+# Not a mesher of single grains: `tetrahedra/whole/` meshes all grains at once with it.
 TETWILD = "tetwild"
 
 
@@ -47,7 +47,7 @@ class Mesher(Protocol):
 
 
 def load_mesher(name: str) -> Mesher:
-    """Return the mesher called `name`: a built-in one, or `package.module:Class` of another."""
+    """Return the mesher called `name`: a built-in one, or an instance of `package.module:Class`."""
     made = own_code("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
     try:
         return made()
@@ -56,7 +56,7 @@ def load_mesher(name: str) -> Mesher:
 
 
 def check_mesher(name: str) -> None:
-    """Raise CraftmeshError unless `name` is a mesher; programs are looked for where grains are meshed."""
+    """Raise CraftmeshError unless `name` is a mesher; a built-in one's program is not looked up here."""
     if name not in (*BUILT_IN, TETWILD) and not callable(getattr(load_mesher(name), "mesh", None)):
         raise CraftmeshError(f"mesher {name!r} has no method mesh; see craftmesh.tetrahedra.meshers")
 
@@ -104,7 +104,7 @@ class TetGenProgram:
         if program is None:
             raise CraftmeshError(
                 f"mesher tetgen-cli needs the program {PROGRAM!r} on the PATH; install it (Debian: apt-get "
-                "install tetgen) or take mesher tetgen"
+                "install tetgen) or use mesher tetgen"
             )
         self.program = program
 
@@ -152,7 +152,10 @@ def write_smesh(
 
 
 def _with_exact(nodes: np.ndarray, given: np.ndarray) -> np.ndarray:
-    """Return the nodes with the `given` ones, which come first, as they were before they became text."""
+    """Return nodes (n, 3) with exact coordinates of the given points, which are the first nodes.
+
+    nodes: as read from text. Raises MesherRefusal if given points are missing or differ too much.
+    """
     count = len(given)
     if len(nodes) < count:
         raise MesherRefusal(f"TetGen kept {len(nodes)} of {count} points")
@@ -163,7 +166,7 @@ def _with_exact(nodes: np.ndarray, given: np.ndarray) -> np.ndarray:
 
 
 def _table(path: Path) -> np.ndarray:
-    """Return the rows of a file of TetGen without its head and comments."""
+    """Return the rows of a TetGen file as an array, without header and comments."""
     return np.loadtxt(path, comments="#", skiprows=1, ndmin=2)
 
 

@@ -1,8 +1,8 @@
 """Local optimisation of a grain's tetrahedra; its surface and crack facets stay as they are.
 
-Every change of topology replaces a cavity: tets that share their outer faces for others that are all
-positive, and whose worst is better, whose aspect ratios sum to less, or that weigh less by their faults.
-Surface nodes never move, surface and crack facets are in no cavity.
+Every change of topology replaces a cavity by positive tets with the same outer faces and a better value:
+worst quality, sum of aspect ratios, or fault weight. Surface nodes do not move, and no surface or crack
+facet lies inside a cavity.
 """
 
 from collections.abc import Sequence
@@ -30,9 +30,9 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 # Numbers of this schedule are chosen on volumes of 270,000 to 560,000 tets.
-# The aspect ratio: swaps for a lower mean start at tets over this one.
+# Aspect ratio above which swaps for a lower mean are tried.
 STRETCHED = 2.2
-# Contractions for it start at points whose tets have so much more than the mean of all.
+# Excess of the mean ratio at a point over the mean of all, above which contractions are tried.
 CROWDED = 0.2
 
 
@@ -40,9 +40,9 @@ CROWDED = 0.2
 class Step:
     """A step of the schedule, with its measure and threshold.
 
-    kind: "improve", "contract", "swap" or "aspect". objective: what the changes better, by how
-    much at least, less than 0 where it may fall (`tet_objective`). rounds: of "improve", which end where
-    nothing changes.
+    kind: "improve", "contract", "swap" or "aspect". objective, gain: the value that changes raise, and by
+    how much at least, negative if it may fall (`tet_objective`). rounds: most iterations of "improve",
+    which ends if nothing changes. inserts: whether "improve" may insert points.
     """
 
     kind: str
@@ -54,19 +54,19 @@ class Step:
     inserts: bool = False
 
     def aim(self, reference: float = 0.0) -> Aim:
-        """Return what kernels take; reference: the mean aspect ratio."""
+        """Return the aim for kernels; reference: the mean aspect ratio."""
         return Aim(self.objective, self.measure, self.threshold, self.gain, reference)
 
 
-# First the volume-length measure rises, then rounds lower the mean aspect ratio. Swaps may raise the sum in
-# all of them but the last, for the moves after them make good for it: a search that only falls ends in the
-# next valley.
+# First the volume-length measure is raised, then rounds lower the mean aspect ratio. In all rounds except
+# the last, swaps may raise the sum, because the moves after them lower it again; a search that only falls
+# ends in the nearest local minimum.
 CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
 FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
 ROUNDS = 3
-# Last the worst tets by FORM go for angles of 15..149 degrees, which spreads what the surface forces over
-# several tets; LIGHTEN leaves few of these.
+# Last, the worst tets by FORM are improved to angles of 15..149 degrees, which spreads bad shapes at the
+# surface over several tets; LIGHTEN leaves few of these.
 LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
 # A little over the limit of tets that are neither poor nor stretched.
 SOUNDER = Step("improve", 0.355, WHOLE, rounds=2, inserts=True)
@@ -82,12 +82,12 @@ def optimise_tets(
     size: np.ndarray,
     steps: Sequence[Step] = SCHEDULE,
 ) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Return (points, tets) of better quality and counts of operations.
+    """Return points (p, 3) and tets (t, 4) of better quality, and counts of operations.
 
-    The first `frozen` points keep their numbers and bits; facets `blocked` (k, 3) inside the mesh stay
-    faces on both sides. tets (m, 4) have positive volumes; size (n,) are target edge lengths.
+    The first `frozen` points keep their numbers and bits. The facets `blocked` (k, 3) inside the mesh stay
+    faces of tets on both sides. tets (m, 4) have positive volumes; size (n,): target edge lengths.
     """
-    # stars of points that follow each other lie near each other: a tenth less time
+    # in this order the tets of successive points are close in memory: a tenth less time
     tets = tets[np.argsort(tets.max(axis=1), kind="stable")]
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
@@ -96,7 +96,7 @@ def optimise_tets(
 
 
 def do_steps(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
-    """Do steps one after another; changes keep the qualities, so they are set anew for another measure."""
+    """Do steps in order; all qualities are computed at each change of measure and then kept up to date."""
     measure = None
     for step in steps:
         if step.measure != measure:
@@ -118,7 +118,7 @@ def _do(state: TetState, step: Step, work: Scratch) -> None:
 
 
 def _improve(state: TetState, step: Step, work: Scratch) -> None:
-    """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
+    """Improve the tets under the threshold, worst first, in rounds; smooth the points at these tets."""
     for _ in range(step.rounds):
         touched = np.zeros(len(state.points), bool)
         poor = _worst_first(state, step.threshold)
@@ -132,7 +132,7 @@ def _improve(state: TetState, step: Step, work: Scratch) -> None:
 
 
 def _worst_first(state: TetState, threshold: float) -> np.ndarray:
-    """Return the live tets (k,) under a quality, the worst first."""
+    """Return the ids (k,) of live tets with a quality under the threshold, worst first."""
     quality = state.quality[: state.counts[TETS]]
     poor = np.flatnonzero((state.tets[: state.counts[TETS], 0] >= 0) & (quality < threshold))
     return poor[np.argsort(quality[poor], kind="stable")]
@@ -146,7 +146,7 @@ def _swap(state: TetState, step: Step, work: Scratch) -> None:
 
 
 def _contract(state: TetState, step: Step, work: Scratch) -> None:
-    """Contract CROWDED points to lower the mean aspect ratio, the worst first."""
+    """Contract points whose mean ratio exceeds that of all by CROWDED, worst first."""
     _, mean, reference = _ratios(state)
     crowded = np.flatnonzero(~state.frozen[: len(mean)] & (mean > reference + CROWDED))
     order = crowded[np.argsort(-mean[crowded], kind="stable")]
@@ -154,9 +154,9 @@ def _contract(state: TetState, step: Step, work: Scratch) -> None:
 
 
 def _ratios(state: TetState) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the aspect ratios (t,), 0 of dead and INVERTED of flat tets, their means (n,) and that of all.
+    """Return the aspect ratios (t,) of tets, their means (n,) at points, and the mean of all.
 
-    The means (n,) are those round each point; flat tets do not count in the mean of all.
+    The ratio is 0 for dead and INVERTED for flat tets; flat tets do not count in the mean of all.
     """
     ratio, mean = np.empty(state.counts[TETS]), np.empty(state.counts[POINTS])
     reference = mean_ratios(state.points, state.tets, ratio, mean, np.empty(len(mean), np.int64))

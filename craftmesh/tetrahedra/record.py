@@ -1,4 +1,4 @@
-"""What became of each grain for the log and quality.json: failed attempts, and what forces poor tets."""
+"""Records of grains for the log and quality.json: failed attempts, and causes of poor tets."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from craftmesh.tetrahedra.whole_mesh import Model
 
 
 def poor_by_grain(model: Model) -> dict[str, list[dict]]:
-    """Return the rows of `poor_tets` of each grain that has such tets, by its id."""
+    """Return the rows of `poor_tets` by grain id (as text), for grains with poor tets."""
     quality = np.empty(len(model.tets))
     all_qualities(model.points, model.tets, len(quality), quality, FORM)
     grains = np.unique(model.grain[quality < POOR])
@@ -28,12 +28,11 @@ def poor_by_grain(model: Model) -> dict[str, list[dict]]:
 
 
 def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> list[dict]:
-    """Return a row for each poor tet of a grain, the one with the least dihedral angle first.
+    """Return a row for each poor tet of a grain (`is_poor`), sorted by smallest dihedral angle.
 
-    nodes (n, 3) begin with the surface's points, tets (m, 4). Poor: see `mesh/poor`. A row names the
-    facets (of the Surface) that share an edge with the tet, the smallest angle of these, the sharpest wedge
-    of the grain at a common edge and the shortest of those edges; None where the tet has no edge on the
-    surface.
+    nodes (n, 3), which begin with the surface's points; tets (m, 4). A row has the facets (rows of the
+    Surface) that share an edge with the tet, their smallest angle, and at the shared edges the sharpest
+    wedge of the grain and the shortest length; these are None for a tet without an edge on the surface.
     """
     measures = shape_measures(nodes, np.ascontiguousarray(tets))
     _, _, low, high, factor = measures.T
@@ -69,7 +68,7 @@ def _least(values: np.ndarray, digits: int) -> float | None:
 
 
 def _sharpest_wedges(surface: GrainSurface, edges: np.ndarray) -> np.ndarray:
-    """Return the smallest angle (e,) that the grain has at each of its edges, in degrees."""
+    """Return the smallest angle (e,) of the grain at each edge (e, 2), in degrees; 360 if none."""
     sides = np.stack([np.ones(len(surface.facets), np.int64), surface.internal.astype(np.int64)], axis=1)
     found = wedges(surface.points, surface.facets, sides, edges)
     inside = found.where(found.label == 1)
@@ -82,8 +81,8 @@ def _sharpest_wedges(surface: GrainSurface, edges: np.ndarray) -> np.ndarray:
 def record_of(mesher: str, report: dict, left: Sequence[int], repair: dict | None) -> dict:
     """Return the record of a chunk of grains, from the report of `tetrahedralize` ({} without one).
 
-    `left`: ids of the grains that have no tets yet; `repair`: the report of the repair of the surface,
-    if anything was changed. Times are left out, so that the same input gives the same record.
+    left: ids of grains that have no tets yet; repair: report of the surface's repair, None if nothing was
+    changed. The record omits times, so that the same input gives the same record.
     """
     return {
         "mesher": mesher,
@@ -99,7 +98,7 @@ def record_of(mesher: str, report: dict, left: Sequence[int], repair: dict | Non
 
 
 def merged(records: Sequence[dict]) -> dict:
-    """Return one record of the chunks' records, which are of one surface."""
+    """Return the merged record of several chunks of one surface."""
     records = [record for record in records if record]
     if not records:
         return {}
@@ -120,10 +119,10 @@ def with_counts(
     smoothed: dict | None,
     poor: dict[str, list[dict]],
 ) -> dict:
-    """Return the record as in quality.json: with numbers of grains, and what was done to the whole model.
+    """Return the record for quality.json: with numbers of grains, and reports on the whole model.
 
-    given_way: the report of the surface that gave way to poor tets; smoothed: that of its points that slid
-    along it; poor: the rows of grains that changed by that, in place of those in the record.
+    given_way: report of the surface moves at poor tets; smoothed: report of the moves along the surface;
+    poor: rows of grains that these moves changed, which replace their rows in the record.
     """
     counts = {f"grains_{name}": len(record.get(name, ())) for name in ("tried_again", "failed")}
     kept = {grain: rows for grain, rows in (record.get("poor", {}) | poor).items() if rows}

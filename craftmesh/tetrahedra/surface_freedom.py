@@ -1,7 +1,7 @@
-"""How points of the surface move: by their classification and within a tolerance.
+"""Bounds of moves of surface points, by their classification and within a tolerance.
 
-Points slide along the surface, and leave it where tetrahedra are at fault. Box planes and the crack hold
-theirs in either case, the front too.
+Points move along the surface, and off the surface at poor tetrahedra. In both cases points on box planes
+stay on them, and crack and front keep their points.
 """
 
 import numpy as np
@@ -15,18 +15,18 @@ from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges
 from craftmesh.tetrahedra.tet_state import Bounds
 from craftmesh.types import CRACK, Surface
 
-# Of the mean edge at a point: how far it slides.
+# Largest move along the surface, relative to the mean edge at the point.
 SLIDE = 0.3
-# Degrees: a point slides where its facets, or its line's edges, are this little off their mean. Where all
-# points slide, small grains change by several percent.
+# Degrees: largest deviation of a point's facets, or its line's edges, from their mean for a move along the
+# surface. If all points moved, small grains would change by several percent.
 BEND = 15.0
-# Of the edges of a crack without a front: those shorter than the one that stands for the front's. On random
-# cracks it is 0.5 to 1.3 of the least length asked for.
+# Quantile of edge lengths that replaces the front's edges for a crack without a front. On random cracks it
+# is 0.5 to 1.3 of l_min.
 SHORT_EDGES = 0.05
 
 
 def crack_length(surface: Surface) -> float:
-    """Return the median length of the front's edges, of a crack without a front that of its short edges."""
+    """Return the median length of front edges; without a front, the SHORT_EDGES quantile of crack edges."""
     front, crack = median_front_edge(surface), surface.facets[surface.kind == CRACK]
     if front or not len(crack):
         return front
@@ -34,9 +34,9 @@ def crack_length(surface: Surface) -> float:
 
 
 def along_surface(surface: Surface) -> Bounds:
-    """Return how points slide along flat patches and straight lines; junctions and the crack stay.
+    """Return bounds for moves along flat patches and straight lines; junctions and the crack stay.
 
-    A point of the box's faces slides within its face, exactly.
+    A point on a box plane moves exactly within the plane.
     """
     classes, points = Classification(surface), surface.points
     lowest = lowest_equal_point(points)
@@ -57,10 +57,10 @@ def along_surface(surface: Surface) -> Bounds:
 
 
 def off_surface(surface: Surface) -> Bounds:
-    """Return how points leave the surface: within box planes, and along the crack.
+    """Return bounds for moves off the surface, within box planes and along the crack.
 
-    Points of a crack go along their facets' mean plane, as far as that is within TETRAHEDRA.facets of each
-    facet's own; points of its front stay where they are. Off the crack the reach is infinite.
+    A crack point moves in the mean plane of its facets, as far as this plane is within TETRAHEDRA.facets
+    (in `crack_length`) of each facet's plane. Front points stay. For other points the reach is infinite.
     """
     classes, points = Classification(surface), surface.points
     ways, reach = np.repeat(np.eye(3)[None], len(points), axis=0), np.full(len(points), np.inf)
@@ -85,9 +85,9 @@ def off_surface(surface: Surface) -> Bounds:
 
 
 def _products(vectors: np.ndarray, corners: np.ndarray, count: int) -> np.ndarray:
-    """Return at each of the points (count, 3, 3) the vectors' products with themselves over their lengths.
+    """Return for each point (count, 3, 3) the sum of v v^T / |v| over the vectors v at it.
 
-    vectors (m, 3): of facets or edges, corners (m, k); those at a point are summed.
+    vectors (m, 3): of facets or edges; corners (m, k): their points.
     """
     size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
     products = (vectors[:, :, None] * vectors[:, None, :] / size[:, None, None]).reshape(-1, 9)

@@ -1,4 +1,4 @@
-"""Moves of the surface that neighbours see alike: it gives way to tets at fault, and its points slide."""
+"""Surface moves for all grains at once: along the surface, and off the surface at faulty tets."""
 
 from dataclasses import dataclass
 
@@ -26,30 +26,30 @@ from craftmesh.tetrahedra.tet_state import CAPACITY, NO_FACETS, Bounds, new_stat
 from craftmesh.tetrahedra.whole_mesh import Model, regrouped
 from craftmesh.types import Surface
 
-# Sliding: a third step lowers the mean aspect ratio by .0005.
+# Moves along the surface: a third step would lower the mean aspect ratio by .0005.
 SLIDING = 2 * (Step("aspect", FREE_FROM, WHOLE),)
-# Of the mean edge at a point: how far it leaves the surface, round by round, as long as tets are at fault:
-# what a small move opens is not opened by a large one. On random cracks 0.15 leaves several times as many
-# stretched tets as 0.4.
+# Largest moves off the surface, relative to the mean edge at the point, in successive rounds while tets are
+# faulty, so that small moves are tried before large ones. On random cracks 0.15 leaves several times as
+# many stretched tets as 0.4.
 REACHES = (0.025, 0.05, 0.1, 0.2, 0.4)
-# The last of these for tets that are narrow alone, which are few.
+# The last of these moves for tets that are only narrow (under WIDE by FORM).
 NARROW_REACH = 0.1
-# How far volumes of grains and voids drift but for flat and poor tets; small grains would change by more.
+# Largest relative volume change of grains and voids, except at flat and poor tets.
 MOST_DRIFT = 0.05
-# Of tets round those at fault: what changes lies within them.
+# Layers of tets around faulty tets within which the mesh may change.
 LAYERS = 4
 
 
 def is_stretched(measures: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: tets of an aspect ratio over STRETCHED, from `shape_measures` (m, 5)."""
+    """Return a mask (m,) of tets with an aspect ratio over STRETCHED, from `shape_measures` (m, 5)."""
     return measures[:, 1] > STRETCHED
 
 
 def slid(model: Model) -> tuple[Model, dict]:
-    """Return the model with a lower mean aspect ratio, and a report of what slid; no tet more is at fault.
+    """Return the model after moves along the surface that lower the mean aspect ratio, and a report.
 
-    Points of the surface slide: see `surface_freedom`. Points joined to the surface move too. Points of
-    tets at fault stay; no tet falls under FREE_FROM, or under the worst round its point.
+    Surface points move within `along_surface`, and interior points joined to them move too. Points of
+    faulty tets stay. No tet falls below FREE_FROM, or below the worst tet at its point if that is lower.
     """
     bounds, points, tets = along_surface(model.surface), model.points, model.tets
     on_surface = len(bounds.reach)
@@ -86,10 +86,10 @@ def _state_near(
     facets: np.ndarray = NO_FACETS,
     capacity: float = CAPACITY,
 ) -> tuple[TetState, np.ndarray]:
-    """Return the state of the tets `rows` (k,) of all grains, and the nodes that are its first points.
+    """Return the state of the model's tets `rows` (k,), and the model's node ids (n,) of its points.
 
-    Points of other tets too are frozen, and those whose tets do not follow each other over faces. facets
-    (m, 3): of the surface, where cavities may be replaced. Sizes are the mean edges.
+    Points that other tets use too, and points whose tets are not connected over faces, are frozen. facets
+    (m, 3): surface facets, which block cavities. Target sizes are the mean edges at points.
     """
     points, tets = model.points, model.tets
     near, local, used = compact(points, tets[rows])
@@ -108,10 +108,10 @@ def _state_near(
 
 @dataclass(frozen=True)
 class GivenWay:
-    """The model after its surface gave way to tets at fault.
+    """The model after moves off the surface at faulty tets.
 
-    report: counts and the largest move, None without such tets; warning: what was moved for poor tets in
-    one line.
+    report: counts and the largest move, None without faulty tets; warning: a line on moves at poor tets,
+    or None.
     """
 
     model: Model
@@ -122,8 +122,8 @@ class GivenWay:
 def given_way(model: Model) -> GivenWay:
     """Return the model with fewer flat, poor, stretched and narrow tets.
 
-    Nodes near such tets go to where these weigh less, and cavities there are replaced. Those of the
-    surface leave it by up to 0.4 of the mean edge at them, within `off_surface`.
+    Nodes near such tets move to lower the tets' fault weight, and cavities there are replaced. Surface
+    nodes move off the surface by up to 0.4 of their mean edge, within the bounds of `off_surface`.
     """
     points, tets, facets = model.points, model.tets, model.surface.facets
     quality, form = np.empty(len(tets)), np.empty(len(tets))
@@ -165,23 +165,23 @@ def given_way(model: Model) -> GivenWay:
 
 
 def _nodes(tets: np.ndarray, count: int, chosen: np.ndarray) -> np.ndarray:
-    """Return (count,) bool: the nodes of the chosen tets (m,)."""
+    """Return a mask (count,) of the nodes of tets (m, 4) in the mask `chosen` (m,)."""
     result = np.zeros(count, bool)
     result[tets[chosen]] = True
     return result
 
 
 def _layers(tets: np.ndarray, count: int, chosen: np.ndarray, layers: int) -> np.ndarray:
-    """Return (m,) bool: the chosen tets and layers of those round them."""
+    """Return a mask (m,) of the chosen tets and of layers of tets around them; count: number of nodes."""
     for _ in range(layers):
         chosen = touching(tets, _nodes(tets, count, chosen))
     return chosen
 
 
 def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Return the part (k,) of their reach by which surface points move so that no volume drifts too far.
+    """Return the fraction (k,) of their reach that points may move so that no volume drifts too far.
 
-    own (k,): the points; reach (k,): how far they would go, each facet's as likely in as out.
+    own (k,): the points; reach (k,): their moves, with inward and outward moves equally likely.
     """
     swept = np.zeros(len(surface.points))
     swept[own] = reach

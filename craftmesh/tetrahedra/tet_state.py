@@ -1,4 +1,4 @@
-"""The mesh under change of the optimiser: made from points and tetrahedra, and these again."""
+"""The optimiser's mesh under change, made from points and tetrahedra, and turned back into them."""
 
 from typing import NamedTuple
 
@@ -7,16 +7,16 @@ import numpy as np
 from craftmesh.by_reference import by_reference
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets
 
-# Arrays have room for this many times the mesh: insertions add some 1%.
+# Length of arrays relative to the mesh; insertions add some 1%.
 CAPACITY = 1.5
 SPARE = 2000
 NO_FACETS = np.zeros((0, 3), np.int64)
 
 
 class Bounds(NamedTuple):
-    """How the first s points of a mesh move: from home (s, 3) by at most reach (s,).
+    """Bounds of moves of the first s points of a mesh: from home (s, 3) by at most reach (s,).
 
-    They go along the rows of ways (s, 3, 3), which have length 1 and are square to each other, or are 0.
+    The points move along the rows of ways (s, 3, 3), which are orthonormal or 0.
     """
 
     home: np.ndarray
@@ -37,10 +37,10 @@ def new_state(
     bounds: Bounds = NO_POINTS,
     label: np.ndarray | int = 0,
 ) -> TetState:
-    """Return room for the mesh and what comes, with its adjacency, behind a reference.
+    """Return a reference to the state of a mesh, with its adjacency and room for new points and tets.
 
-    Arguments as for `optimise_tets`; capacity: times the mesh, 1 where tets only change their shape; label
-    (m,): the grain of each tet.
+    Arguments are as for `optimise_tets`; capacity: array length relative to the mesh, 1 if tets only change
+    their shape; bounds: of the first points; label (m,): the grain of each tet.
     """
     room_points, room_tets = int(capacity * len(points)) + SPARE, int(capacity * len(tets)) + SPARE
     arrays = TetState(
@@ -48,7 +48,7 @@ def new_state(
         tets=np.full((room_tets, 4), -1, np.int64),
         neighbours=np.full((room_tets, 4), -1, np.int64),
         tet_of=np.full(room_points, -1, np.int64),
-        quality=np.full(room_tets, np.inf),  # nothing ever repairs empty rows
+        quality=np.full(room_tets, np.inf),  # so that no pass improves empty rows
         size=np.ones(room_points),
         frozen=np.zeros(room_points, bool),
         counts=np.array([len(points), len(tets), 0, 0], np.int64),
@@ -70,18 +70,18 @@ def new_state(
 
 
 def mesh_of(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) without dead tets and points that no tet uses."""
+    """Return (points, tets) without dead tets and unused points; the first `frozen` points are kept."""
     return without_unused(state.points[: state.counts[POINTS]], live_tets(state), frozen)
 
 
 def live_tets(state: TetState) -> np.ndarray:
-    """Return the tets (m, 4) that are not dead."""
+    """Return the live tets (m, 4)."""
     tets = state.tets[: state.counts[TETS]]
     return tets[tets[:, 0] >= 0]
 
 
 def without_unused(points: np.ndarray, tets: np.ndarray, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) without points that no tet uses, but for the first `frozen`."""
+    """Return (points, tets) without unused points; the first `frozen` points are kept."""
     used = np.zeros(len(points), bool)
     used[tets.ravel()] = True
     used[:frozen] = True

@@ -33,10 +33,10 @@ def tetrahedralize(
     """Return the tetrahedra of each grain (default: all) by ascending id, and a report.
 
     The surface is kept: all facets, crack facets inside grains included, are faces of tetrahedra, and
-    its nodes keep every bit. sizing: `at(points)` gives target edge lengths (Eq. 3), None takes the
-    surface's own; islands: seeds of what lies within grains (`Island`), checked and found anew where
-    they are off. The result does not depend on `workers`. Raises MeshingError, which carries what was
-    done, when a grain fails in every attempt.
+    its nodes keep every bit. sizing: `at(points)` gives target edge lengths (Eq. 3); None uses the
+    surface's edge lengths. islands: voids and grains within grains with their seeds; a seed outside its
+    region is replaced. The result does not depend on `workers`. Raises MeshingError, with the results so
+    far, if a grain fails in every attempt.
     """
     options = options or TetrahedralizeOptions()
     load_mesher(options.mesher)
@@ -54,7 +54,7 @@ def tetrahedralize(
 
 
 class FanMesher:
-    """Meshes a convex surface by tetrahedra between its facets and one point inside it."""
+    """A mesher of convex surfaces: tetrahedra join the facets to one point inside."""
 
     def mesh(
         self, points: np.ndarray, facets: np.ndarray, *_others: object
@@ -65,7 +65,7 @@ class FanMesher:
 
 
 def load_kernels(setting: Setting) -> None:
-    """Mesh a small cube once, without the mesher, which prints and may crash."""
+    """Mesh a small cube with FanMesher to load all kernels; a real mesher prints and may crash."""
     options = replace(setting.options, mesher=f"{__name__}:FanMesher", interior_points=True, optimise=True)
     corners = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), -1).reshape(-1, 3)
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -75,7 +75,7 @@ def load_kernels(setting: Setting) -> None:
 
 
 def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:
-    """Return the grain ids of one part; the parts hold all grains and about equally many facets."""
+    """Return the grain ids of part 1..parts; all parts have about the same number of facets."""
     labels, facets = np.unique(surface.sides, return_counts=True)
     facets, labels = facets[labels > 0], labels[labels > 0]
     load = np.zeros(parts, np.int64)

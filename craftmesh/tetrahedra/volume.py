@@ -1,4 +1,4 @@
-"""Tetrahedra of a whole model: grain by grain, then with its surface, which gives way and is smoothed."""
+"""Tetrahedra of a whole model: grain by grain, then moves of the surface."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -24,8 +24,8 @@ from craftmesh.voxels.islands import Island
 class Volume:
     """Tetrahedra of the grains and the surface that they lie on: the two inputs of `assemble`.
 
-    record: what became of the grains, as in quality.json; warnings: a line for each change of the surface
-    and for grains that failed; failures: one per failed grain.
+    record: results by grain, as in quality.json; warnings: a line for each change of the surface and for
+    failed grains; failures: one per failed grain.
     """
 
     surface: Surface
@@ -35,7 +35,7 @@ class Volume:
     failures: tuple[GrainFailure, ...] = ()
 
     def warned(self, *texts: str | None) -> "Volume":
-        """Return the volume with `texts` as further warnings; None is left out."""
+        """Return the volume with `texts` as further warnings; None and "" are skipped."""
         return replace(self, warnings=(*self.warnings, *(text for text in texts if text)))
 
 
@@ -50,11 +50,11 @@ def mesh_volume(
 ) -> tuple[Volume, dict]:
     """Return the tetrahedra of all grains with their surface, and a report of the grains.
 
-    The surface is repaired where facets intersect, and each grain is filled. Then surface points move where
-    tetrahedra are poor, and slide to lower the mean aspect ratio. sizing: `at(points)` gives target edge
-    lengths, None takes the surface's own; islands: see `tetrahedralize`. The result does not depend on
-    `workers`. Raises MeshingError, with the record as its report, when a grain fails every attempt and
-    the fallback is none or fails too.
+    The surface is repaired where facets intersect, and each grain is filled. Then surface points move along
+    the surface to lower the mean aspect ratio, and off the surface at faulty tetrahedra. sizing:
+    `at(points)` gives target edge lengths; None uses the surface's edge lengths. islands: see
+    `tetrahedralize`. The result does not depend on `workers`. Raises MeshingError, with the record as its
+    report, if a grain fails every attempt and the fallback is none or fails too.
     """
     options = options or TetrahedralizeOptions()
     filled, report = fill_grains(surface, sizing, options, islands, None, workers, progress)
@@ -72,7 +72,8 @@ def fill_grains(
 ) -> tuple[Volume, dict]:
     """Return the repaired surface with the tetrahedra of `grains` (default: all), and a report.
 
-    Grains that fail every attempt, or all with mesher tetwild, are `left` in the record without tetrahedra.
+    Grains that fail every attempt have no tetrahedra and are in the record as `left`; with mesher tetwild
+    these are all grains.
     """
     found = mended(surface) if options.repair else Mended(surface)
     wanted = surface.grains.tolist() if grains is None else list(grains)
@@ -95,10 +96,10 @@ def complete_volume(
     options: TetrahedralizeOptions,
     progress: Callable[[float, str], None] = silent,
 ) -> Volume:
-    """Return the tetrahedra of all grains after the moves of their surface, as `mesh_volume` does.
+    """Return the tetrahedra of all grains after the surface moves of `mesh_volume`.
 
-    filled: all grains of the repaired surface, from any number of chunks; sizing_of: called only when the
-    whole model is meshed for grains that are left. Raises MeshingError when that fails, or when
+    filled: all grains of the repaired surface, from any number of chunks; sizing_of: called only if the
+    whole model is meshed because grains are left. Raises MeshingError if this fails, or if
     options.fallback is none.
     """
     given, record = Completion(filled.surface, filled.grain_tets), filled.record

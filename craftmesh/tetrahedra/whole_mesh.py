@@ -1,4 +1,4 @@
-"""The tetrahedra of all grains on common nodes, for changes that neighbours have to see alike."""
+"""The tetrahedra of all grains on common nodes, for changes that affect neighbouring grains."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ class Model:
 
     @cached_property
     def points(self) -> np.ndarray:
-        """(n, 3) all nodes."""
+        """Coordinates (n, 3) of all nodes."""
         return np.concatenate([self.surface.points, *(one.interior for one in self.grain_tets)])
 
     @cached_property
     def tets(self) -> np.ndarray:
-        """(m, 4) the tets of all grains, one grain after another."""
+        """Tets (m, 4) of all grains, one grain after another."""
         first, blocks = len(self.surface.points), []
         for one in self.grain_tets:
             ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])
@@ -34,12 +34,12 @@ class Model:
 
     @cached_property
     def grain(self) -> np.ndarray:
-        """(m,) the grain of each tet."""
+        """Grain id (m,) of each tet."""
         count = [len(one.tets) for one in self.grain_tets]
         return np.repeat([one.grain for one in self.grain_tets], count)
 
     def moved(self, points: np.ndarray) -> "Model":
-        """Return the model with its nodes at `points`; surface points that are equal move together."""
+        """Return the model with its nodes at `points` (n, 3); coincident surface points stay coincident."""
         old = self.surface.points
         on_surface = points[: len(old)][lowest_equal_point(old)]
         starts = np.cumsum([len(old), *(len(one.interior) for one in self.grain_tets)])
@@ -53,9 +53,9 @@ class Model:
 def regrouped(
     model: Model, rows: np.ndarray, points: np.ndarray, tets: np.ndarray, grain: np.ndarray
 ) -> Model:
-    """Return the model with the tets (k, 4) of grains (k,) in place of its tets `rows`.
+    """Return the model with the tets (k, 4) of grains (k,) instead of its tets `rows`.
 
-    points (n, 3): the model's, then those that are new; interior points that no tet uses go.
+    points (n, 3): the model's points, then new points. Interior points that no tet uses are removed.
     """
     first, result = len(model.surface.points), list(model.grain_tets)
     stays = np.ones(len(model.tets), bool)

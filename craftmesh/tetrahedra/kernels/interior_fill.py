@@ -7,16 +7,16 @@ import numpy as np
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cells_of_box
 
-# A point whose foot lies this far outside a facet (in barycentric units) still counts as over it.
+# Barycentric tolerance: a point whose projection is this far outside a facet still counts as above it.
 RIM = 0.05
-# Points (n, 3), the first `vertices` of which are the surface's; apart (n, 2): how far each has to be from
-# those and from others; stays (n,): which are taken by now; their bins.
+# points (n, 3), the first `vertices` of which are surface points; apart (n, 2): minimum distances of each
+# from surface points and from others; stays (n,): mask of points chosen so far; bins: of all points.
 Choice = namedtuple("Choice", "points vertices apart stays bins")
 
 
 @kernel
 def _barycentric_rows(a, b, c, d, rows):
-    """Write the gradients of the barycentric coordinates of b, c, d; False for a flat tet."""
+    """Write the gradients (3, 3) of the barycentric coordinates of b, c, d; return False for a flat tet."""
     u, v, w = b - a, c - a, d - a
     rows[0], rows[1], rows[2] = np.cross(v, w), np.cross(w, u), np.cross(u, v)
     determinant = np.dot(rows[0], u)
@@ -28,7 +28,7 @@ def _barycentric_rows(a, b, c, d, rows):
 
 @kernel
 def mark_inside(candidates, bins, points, tets):
-    """Return whether each candidate (n, 3), sorted into bins, lies in one of the tets (t, 4) on points."""
+    """Return a mask (n,) of candidates (n, 3), sorted into bins, that lie in a tet (t, 4) on points."""
     inside = np.zeros(len(candidates), np.bool_)
     rows = np.empty((3, 3))
     lower, upper = np.empty(3), np.empty(3)
@@ -59,9 +59,9 @@ def mark_inside(candidates, bins, points, tets):
 
 @lean_kernel
 def _is_over(u, v, normal, area2, foot):
-    """Whether the foot of the point at `foot` from corner a lies in the facet a, a + u, a + v."""
+    """Return whether a point, at `foot` relative to corner a, projects into the facet a, a + u, a + v."""
     dx, dy, dz = foot
-    # Coordinates along u and v of the foot, from triple products with the normal.
+    # Coordinates of the projection along u and v, from triple products with the normal.
     s = (
         (dy * v[2] - dz * v[1]) * normal[0]
         + (dz * v[0] - dx * v[2]) * normal[1]
@@ -77,7 +77,7 @@ def _is_over(u, v, normal, area2, foot):
 
 @kernel
 def mark_clear(candidates, clearance, bins, corners, reach):
-    """Return whether each candidate (n, 3) is its clearance (n,) away from the facets below or above it.
+    """Return a mask (n,) of candidates (n, 3) at least their clearance (n,) from facets above or below.
 
     bins: of the candidates; corners (m, 3, 3) of the facets; reach (m,): the largest distance at which
     facet f can matter.
@@ -113,7 +113,7 @@ def mark_clear(candidates, clearance, bins, corners, reach):
 
 @lean_kernel
 def _is_crowded(choice, p):
-    """Whether a point that stays is too near to point p."""
+    """Return whether a chosen point is too close to point p."""
     points, stays = choice.points, choice.stays
     start, items, grid = choice.bins.start, choice.bins.items, choice.bins.grid
     shape = grid.shape
@@ -137,9 +137,9 @@ def _is_crowded(choice, p):
 
 @kernel
 def thin_out(points, vertices, apart, bins):
-    """Return which points (n, 3) stay: the first `vertices`, then, in order, those that have room.
+    """Return a mask (n,) of points that stay: the first `vertices`, then, in order, points with room.
 
-    apart (n, 2): how far each has to be from the first `vertices` and from others that stay.
+    apart (n, 2): minimum distances of each from the first `vertices` and from other points that stay.
     """
     stays = np.zeros(len(points), np.bool_)
     stays[:vertices] = True

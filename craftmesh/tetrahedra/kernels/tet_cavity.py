@@ -1,4 +1,4 @@
-"""Tetrahedra that change: stars, rings and the one operation that alters the mesh, cavity replacement."""
+"""A mesh under change: stars, rings, and cavity replacement, the only operation that changes the mesh."""
 
 from collections import namedtuple
 
@@ -10,12 +10,12 @@ from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS
 
 # A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, stamp].
 # points (n, 3); tets (m, 4) with positive volumes, corner 0 is -1 in a dead slot; neighbours (m, 4)
-# across the face opposite each corner, -1 where no tet is, -2 - u where tet u is beyond a facet of the
-# surface; tet_of (n,) a live tet of each point or -1; quality (m,); size (n,) target edge lengths; frozen
-# (n,) bool: points that stay; free (m,) stack of dead slots; mark (m,) stamps; label (m,) the grain.
+# across the face opposite each corner, -1 if there is none, -2 - u if tet u is beyond a surface facet;
+# tet_of (n,) a live tet of each point or -1; quality (m,); size (n,) target edge lengths; frozen
+# (n,) mask of points that stay; free (m,) stack of dead slots; mark (m,) stamps; label (m,) the grain.
 # The first s points lie on the surface: they move from home (s + 1, 3) by at most reach (s + 1,) along the
-# rows of ways (s + 1, 3, 3), of length 1 and square to each other, or 0. The last row of these is that of
-# all other points.
+# rows of ways (s + 1, 3, 3), which are orthonormal or 0. The last row of these arrays is for all other
+# points.
 TetState = namedtuple(
     "TetState", "points tets neighbours tet_of quality size frozen counts free mark label home ways reach"
 )
@@ -23,16 +23,16 @@ POINTS, TETS, FREE, STAMP = range(4)
 
 # Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
 # and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack; corners of a
-# tet; a table of faces with the ratios they give (see `tet_ratio_sums`); what was done, by kind (see
+# tet; a table of faces and their aspect ratios (see `tet_ratio_sums`); counts of operations by kind (see
 # `tet_passes`).
 Scratch = namedtuple(
     "Scratch",
     "star faces ring ring_tets new new_quality keys links best split stack corners table ratios done",
 )
-# Tets of a star and of a ring: larger ones are left as they are. The work of a ring grows with the cube.
+# Most tets in a star or ring; larger ones are skipped, because ring work grows with the cube of the size.
 MAX_STAR = 256
 MAX_RING = 8
-# Kinds of operations, as they are counted.
+# Names of the counted operations.
 KINDS = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
 
 EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
@@ -43,7 +43,7 @@ FACES = np.array([[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]])
 
 
 def new_scratch() -> Scratch:
-    """Return work arrays for passes, behind a reference."""
+    """Return a reference to work arrays for passes."""
     arrays = Scratch(
         np.empty(MAX_STAR, np.int64),
         np.empty((MAX_STAR, 3), np.int64),
@@ -67,14 +67,14 @@ def new_scratch() -> Scratch:
 
 @lean_kernel
 def face_key(tets, t, k):
-    """Lowest corner, highest corner and sum of the face opposite corner k of tet t."""
+    """Return lowest corner, highest corner and sum of corners of the face opposite corner k of tet t."""
     a, b, c = tets[t, (k + 1) & 3], tets[t, (k + 2) & 3], tets[t, (k + 3) & 3]
     return min(a, b, c), max(a, b, c), a + b + c
 
 
 @kernel
 def link_tets(tets, n_tets, n_points, neighbours, tet_of):
-    """Fill `neighbours` and `tet_of` of the first n_tets tets; open faces wait at their lowest corner."""
+    """Fill `neighbours` and `tet_of` for the first n_tets tets."""
     head = np.full(n_points, -1, np.int64)
     following = np.full(4 * n_tets, -1, np.int64)
     for t in range(n_tets):
@@ -102,9 +102,9 @@ def link_tets(tets, n_tets, n_points, neighbours, tet_of):
 
 @lean_kernel
 def facet_at(tets, t, k, facets):
-    """Return the row of facets (f, 3) with the corners of the face opposite corner k of tet t, -1 for none.
+    """Return the row in `facets` of the face opposite corner k of tet t, -1 if there is none.
 
-    facets: sorted triples in lexicographic order.
+    facets (f, 3): sorted triples in lexicographic order.
     """
     low, high, total = face_key(tets, t, k)
     middle = total - low - high
@@ -124,7 +124,7 @@ def facet_at(tets, t, k, facets):
 
 @lean_kernel
 def block_facets(tets, n_tets, neighbours, blocked):
-    """Mark the links across facets, given as sorted triples (k, 3) in lexicographic order, as such."""
+    """Code neighbours u across facets as -2 - u; blocked (k, 3): sorted triples, lexicographic order."""
     for t in range(n_tets):
         for k in range(4):
             if facet_at(tets, t, k, blocked) >= 0:
@@ -133,7 +133,7 @@ def block_facets(tets, n_tets, neighbours, blocked):
 
 @lean_kernel
 def node_across(state, t, k):
-    """Return the node across the face opposite corner k of tet t; -1 where no tet is there."""
+    """Return the node across the face opposite corner k of tet t, -1 if no tet is there."""
     tets, u = state.tets, state.neighbours[t, k]
     if u < 0:
         return -1
@@ -146,7 +146,7 @@ def node_across(state, t, k):
 
 @lean_kernel
 def find_star(state, v, star):
-    """Write the tets round v, those beyond facets too; return how many, or -1 when they do not fit."""
+    """Write the tets incident to v, also beyond facets, to `star`; return their number, -1 if too many."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     state.counts[STAMP] += 1
     stamp = state.counts[STAMP]
@@ -180,7 +180,7 @@ def star_faces(tets, star, count, v, faces):
 
 @lean_kernel
 def star_of(state, v, work):
-    """Write the tets round v and the faces opposite it; return how many, 0 when they do not fit."""
+    """Write the tets incident to v and their faces opposite v; return their number, 0 if too many."""
     count = find_star(state, v, work.star)
     star_faces(state.tets, work.star, count, v, work.faces)
     return max(count, 0)
@@ -188,7 +188,10 @@ def star_of(state, v, work):
 
 @lean_kernel
 def hold_pinched(state, valence, work):
-    """Freeze the first points, in `valence` (s,) tets, whose tets do not follow each other over faces."""
+    """Freeze surface points whose incident tets are not connected over faces.
+
+    valence (s,): number of tets incident to each of the first s points.
+    """
     for v in range(len(valence)):
         if not state.frozen[v] and find_star(state, v, work.star) != valence[v]:
             state.frozen[v] = True
@@ -196,9 +199,9 @@ def hold_pinched(state, valence, work):
 
 @lean_kernel
 def find_ring(state, t, edge, ring, ring_tets):
-    """Write the nodes and tets round an edge of tet t; return how many, 0 on a boundary or when too many.
+    """Write nodes and tets around an edge of tet t; return their number, 0 at a boundary or if too many.
 
-    With a, b the edge's ends, (a, b, ring[i], ring[i + 1]) is positive, cyclically.
+    With a, b the edge's ends, the tet (a, b, ring[i], ring[i + 1]) is positive, cyclically.
     """
     tets, neighbours = state.tets, state.neighbours
     a, b = tets[t, EDGES[edge, 0]], tets[t, EDGES[edge, 1]]
@@ -227,7 +230,7 @@ def find_ring(state, t, edge, ring, ring_tets):
 
 @lean_kernel
 def _open_outer_faces(state, old, n_old, keys, links):
-    """Write the outer faces of a cavity: key and (tet, slot) beyond; return their number."""
+    """Write key and (tet, slot) beyond of each outer face of a cavity; return the number of faces."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     state.counts[STAMP] += 1
     stamp = state.counts[STAMP]
@@ -254,7 +257,10 @@ def _open_outer_faces(state, old, n_old, keys, links):
 
 @lean_kernel
 def _close_face(state, t, k, keys, links, count):
-    """Join the face opposite corner k of t to the open face like it, or open it; return the count left."""
+    """Link the face opposite corner k of t to the equal open face, or add it to the open faces.
+
+    Return the number of open faces.
+    """
     low, high, total = face_key(state.tets, t, k)
     for f in range(count):
         if keys[f, 0] == low and keys[f, 1] == high and keys[f, 2] == total:
@@ -278,7 +284,7 @@ def _close_face(state, t, k, keys, links, count):
 def replace_cavity(state, old, n_old, n_new, work):
     """Replace the tets old[:n_old] by work.new[:n_new], which have the same outer faces.
 
-    The caller has checked them and that there is room (`has_room`).
+    The caller has checked the new tets and that the arrays have room (`has_room`).
     """
     tets, counts = state.tets, state.counts
     count = _open_outer_faces(state, old, n_old, work.keys, work.links)
@@ -308,13 +314,13 @@ def replace_cavity(state, old, n_old, n_new, work):
 
 @lean_kernel
 def has_room(state):
-    """Whether any one operation still fits the arrays."""
+    """Return whether the arrays have room for any one operation."""
     return state.counts[TETS] + MAX_STAR < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
 
 
 @lean_kernel
 def worst_of(quality, tets, count):
-    """Lowest quality among the tets listed."""
+    """Return the lowest quality of the tets in the list `tets[:count]`."""
     worst = 1e300
     for i in range(count):
         worst = min(worst, quality[tets[i]])

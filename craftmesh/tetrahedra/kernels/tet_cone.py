@@ -1,4 +1,4 @@
-"""The tets that join one point to given faces, and the search for the best place of that point."""
+"""The tets that join one point to given faces, and the search for the best position of this point."""
 
 from collections import namedtuple
 from itertools import product
@@ -10,10 +10,10 @@ from craftmesh.tetrahedra.kernels.tet_objective import GAIN, faults_at
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
 # The first `count` faces (f, 3) on points, each positive with the apex as fourth corner, and the measure
-# of quality that counts.
+# of quality.
 Cone = namedtuple("Cone", "points faces count measure")
-# Rounds of a walk, whose steps are halved where none helps: unit steps along the axes, the diagonals of
-# faces, and those of the cube. The first is this part of the length given.
+# Iterations of a search. Steps go along the axes, face diagonals and space diagonals of a cube, and are
+# halved if none helps. The first step is this fraction of the given length.
 ROUNDS = 10
 FIRST_STEP = 0.25
 ANYWHERE = np.eye(3)
@@ -23,7 +23,7 @@ DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 @lean_kernel
 def worst_at(cone, x, y, z, floor):
-    """Worst quality of the cone from (x, y, z); ends at the first tet that is not over `floor`."""
+    """Return the worst quality of the cone from (x, y, z), or the first quality not over `floor`."""
     points, faces, measure = cone.points, cone.faces, cone.measure
     worst = 1e300
     for i in range(cone.count):
@@ -35,16 +35,19 @@ def worst_at(cone, x, y, z, floor):
 
 @lean_kernel
 def goal_at(cone, x, y, z, best, lighter):
-    """Worst quality of the cone from (x, y, z), or what it weighs, negative; exact where over `best`."""
+    """Return the cone's worst quality from (x, y, z) or, if `lighter`, its negative fault weight.
+
+    The value is exact if it exceeds `best`.
+    """
     return -faults_at(cone, x, y, z, -best) if lighter else worst_at(cone, x, y, z, best)
 
 
 @lean_kernel
 def walk(cone, place, step, disc, ways, span, lighter):
-    """Walk while the worst quality rises, up to the end of `span`; return place and quality.
+    """Move the apex while the value of `goal_at` rises; return its position and value.
 
-    step: the first one's length; disc: a place and how far from it the walk may lead; it goes along
-    the rows of ways (3, 3); lighter: the value is what the cone weighs by its faults, negative.
+    step: length of the first step; disc: (centre, radius) within which the apex stays; ways (3, 3): rows
+    are the directions of moves; span: the value at `place`, and a value that ends the search.
     """
     x, y, z = place
     home, reach = disc

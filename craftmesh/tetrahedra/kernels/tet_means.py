@@ -11,8 +11,8 @@ from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, all_aspect_ratios
 def mean_ratios(points, tets, ratio, mean, count):
     """Write aspect ratios (t,) of the first tets and their means (n,) at the first points; return the mean.
 
-    The ratio is 0 for a dead tet and INVERTED for a flat one, which the mean of all leaves out. count (n,):
-    room for the numbers of tets.
+    The ratio is 0 for a dead tet and INVERTED for a flat tet; the mean of all excludes both. count (n,):
+    work array for the numbers of tets.
     """
     mean[:], count[:] = 0.0, 0
     total, sound = 0.0, 0
@@ -31,9 +31,9 @@ def mean_ratios(points, tets, ratio, mean, count):
 
 @lean_kernel
 def mean_edges(points, tets, mean, count):
-    """Write the mean length (n,) of the edges of tets at each point, each counted once for each tet.
+    """Write the mean length (n,) of the edges at each point; an edge counts once for each of its tets.
 
-    count (n,): room for the numbers of edges.
+    count (n,): work array for the numbers of edges.
     """
     mean[:], count[:] = 0.0, 0
     for t in range(len(tets)):

@@ -1,9 +1,10 @@
-"""What a change has to better: the worst quality, the sum of aspect ratios, or what tets at fault weigh.
+"""Objectives of the optimiser: the worst quality, the sum of aspect ratios, or the weight of faults.
 
-A rise of the worst quality spreads what the surface forces on one tet over several, until all are as bad.
-Where what they weigh is to fall they count each.
+Raising the worst quality spreads the shape that the surface forces on one tet over several tets, until all
+are equally bad. The weight of faults counts each faulty tet instead.
 
-The value of some tets is their worst quality, or less the sum; a change has to raise it by the aim's gain.
+The value of a set of tets is its worst quality, minus its sum of aspect ratios (each less the aim's
+reference), or minus its fault weights. A change must raise the value by the aim's gain.
 """
 
 from collections import namedtuple
@@ -24,33 +25,34 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     quality_of,
 )
 
-# Objectives. FAULTS go by the measure WHOLE.
+# Objectives. FAULTS needs the measure WHOLE.
 WORST, RATIOS, FAULTS = range(3)
-# The objective; the measure of quality; the quality that passes go for, which by RATIOS no tet falls under,
-# unless it was; what the value has to gain, less than 0 where it may fall; what is taken off each ratio, so
-# that with the mean of all the mean falls, whatever the numbers of tets.
+# objective; measure of quality; floor: quality that passes aim at, below which RATIOS lowers no tet (except
+# tets that are lower already); gain: minimum rise of the value, negative if it may fall; reference: number
+# subtracted from each aspect ratio. With the mean of all as reference, the mean falls for any number of
+# tets.
 Aim = namedtuple("Aim", "objective measure floor gain reference")
-# What an insertion has to gain, by objective: it costs elements.
+# Minimum gain of an insertion, by objective; an insertion costs elements.
 INSERTION_GAIN = (0.01, 1.0, 0.5)
-# What the worst quality has to rise by, and what faults weigh to fall, so that rounding starts no endless
-# changes.
+# Minimum rise of the worst quality, and minimum fall of the fault weight, so that rounding causes no
+# endless changes.
 GAIN, FALL = 1e-4, 0.05
-# The quality by WHOLE from which tets are neither poor nor stretched, and that of flat ones.
+# Quality by WHOLE from which on tets are neither poor nor stretched, and below which they are flat.
 SOUND_FROM = 2 * POOR
 FLAT_TO = float(np.sin(np.radians(FLAT_DIHEDRALS[0])))
-# What a stretched, a poor and a flat tet weigh, and one without volume. Where a flat one outweighs any
-# number of others, noisy volumes end with twice as many poor ones.
+# Weights of a stretched, a poor and a flat tet, and of a tet without volume. If a flat tet outweighed any
+# number of others, noisy volumes would end with twice as many poor tets.
 OF_STRETCHED, OF_POOR, OF_FLAT, NO_TET = 1.0, 10.0, 100.0, 1e9
-# Over a limit, weights fall to those beyond it over so much quality: a search sees the way down, and no tet
-# is left on the limit itself.
+# Width in quality over which the weight falls above a limit, so that a search has a slope to follow and no
+# tet stays on the limit itself.
 RAMP = 0.012
-# The worst of the stretched tets weigh more than the best by this part.
+# Fraction by which the worst stretched tet weighs more than the best.
 SLOPE = 0.2
 
 
 @lean_kernel
 def fault_weight(quality):
-    """Return what a tet of a quality by WHOLE weighs: 0 where it is sound."""
+    """Return the fault weight of a tet with this quality by WHOLE: 0 if neither poor nor stretched."""
     if quality >= SOUND_FROM + RAMP:
         return 0.0
     if quality >= SOUND_FROM:
@@ -66,19 +68,19 @@ def fault_weight(quality):
 
 @lean_kernel
 def joined(one, other, objective):
-    """Return the value of two sets of tets together."""
+    """Return the value of the union of two sets of tets with the values `one` and `other`."""
     return min(one, other) if objective == WORST else one + other
 
 
 @lean_kernel
 def of_none(objective):
-    """Return the value of no tets."""
+    """Return the value of an empty set of tets."""
     return INVERTED if objective == WORST else 0.0
 
 
 @lean_kernel
 def _worth(points, corners, quality, aim):
-    """Return the value of one tet of a quality."""
+    """Return the value of one tet; corners: its four nodes; quality: by the aim's measure."""
     if aim.objective == WORST:
         return quality
     if aim.objective == FAULTS:
@@ -89,7 +91,7 @@ def _worth(points, corners, quality, aim):
 
 @lean_kernel
 def sound_worth(points, corners, aim, limit):
-    """Return the value of a new tet; -INVERTED if its quality is not over the limit."""
+    """Return the value of a new tet with four corners, -INVERTED if its quality is not over the limit."""
     a, b, c, d = corners
     if aim.objective == RATIOS and aim.measure == VOLUME_LENGTH:
         ratio = aspect_ratio_over(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], limit)
@@ -100,7 +102,7 @@ def sound_worth(points, corners, aim, limit):
 
 @lean_kernel
 def value_of(state, listed, count, aim):
-    """Return the value of the tets listed; the state's qualities are by the aim's measure."""
+    """Return the value of the tets listed[:count]; the state's qualities are by the aim's measure."""
     tets, value = state.tets, of_none(aim.objective)
     for i in range(count):
         t = listed[i]
@@ -121,7 +123,7 @@ def value_of_new(state, made, aim, work):
 
 @lean_kernel
 def limit_for(state, listed, count, aim):
-    """Return the quality that all tets in place of those listed have to exceed."""
+    """Return the quality that all tets which replace listed[:count] must exceed."""
     if aim.objective == FAULTS:
         return 0.0
     worst = worst_of(state.quality, listed, count)
@@ -130,7 +132,7 @@ def limit_for(state, listed, count, aim):
 
 @lean_kernel
 def faults_at(cone, x, y, z, limit):
-    """Return what the tets of the cone from (x, y, z) weigh; ends where that passes `limit`."""
+    """Return the fault weight of the cone from (x, y, z), or a partial sum that reaches `limit`."""
     points, faces = cone.points, cone.faces
     total = 0.0
     for i in range(cone.count):

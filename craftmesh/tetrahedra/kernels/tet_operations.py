@@ -1,7 +1,7 @@
-"""The changes of topology: an edge or a face goes, a point goes or comes, where that betters the aim.
+"""Changes of topology: removal of an edge or face, contraction or insertion of a point, if the value rises.
 
-The tets that change share their outer faces with the new ones, which are all positive. Surface and crack
-facets are in no such cavity.
+Old and new tets have the same outer faces, and all new tets are positive. No surface or crack facet lies
+inside such a cavity.
 """
 
 import numpy as np
@@ -33,19 +33,19 @@ from craftmesh.tetrahedra.kernels.tet_objective import (
 )
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_at, quality_of
 
-# Ring of an edge that goes for a lower mean of aspect ratios: larger ones took nine tenths of the time and
-# were 198 of 8,071 removals.
+# Largest ring of an edge that is removed for a lower mean aspect ratio: larger rings took nine tenths of
+# the time and were 198 of 8,071 removals.
 RATIOS_RING = 4
-# Contraction makes no edge longer than this many target lengths; chosen by hand.
+# Longest edge that a contraction may make, in target lengths; chosen by hand.
 LONGEST = 1.6
 
 
 @lean_kernel
 def _best_triangulation(points, ends, count, aim, limit, work):
-    """Fill Klincsek's tables: best[i, k] = best value of tets on the ring's part i..k.
+    """Fill Klincsek's tables and return the best value of tets that fill the whole ring.
 
-    It is -INVERTED where no tets with qualities over the limit fill the part; split[i, k] is the apex of
-    the triangle on i, k. Returns the value of the whole ring, which lies round the edge between `ends`.
+    best[i, k]: best value of tets on the ring's part i..k, -INVERTED if no tets with qualities over the
+    limit fill it; split[i, k]: apex of the triangle on i, k. ends: end nodes of the ring's edge.
     """
     a, b = ends
     ring, best, split = work.ring, work.best, work.split
@@ -73,7 +73,7 @@ def _best_triangulation(points, ends, count, aim, limit, work):
 
 @lean_kernel
 def _list_triangulation(points, ends, count, measure, work):
-    """Write the tets of the triangulation that `work.split` describes; return their number."""
+    """Write the tets of the triangulation in `work.split`, with qualities; return their number."""
     a, b = ends
     ring, split, stack, new, new_quality = work.ring, work.split, work.stack, work.new, work.new_quality
     stack[0, 0], stack[0, 1] = 0, count - 1
@@ -98,7 +98,10 @@ def _list_triangulation(points, ends, count, measure, work):
 
 @lean_kernel
 def remove_edge(state, t, edge, aim, work):
-    """Remove an interior edge of tet t by the best triangulation of its ring (Klincsek); return whether."""
+    """Remove an interior edge of tet t by the best triangulation of its ring (Klincsek), if that helps.
+
+    Return whether the edge was removed.
+    """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or (aim.objective == RATIOS and count > RATIOS_RING) or not has_room(state):
         return False
@@ -114,7 +117,7 @@ def remove_edge(state, t, edge, aim, work):
 
 @lean_kernel
 def remove_face(state, t, k, aim, work):
-    """Swap the two tets at the face opposite corner k of t for three; return whether."""
+    """Replace the two tets at the face opposite corner k of t by three, if that helps; return whether."""
     tets, new = state.tets, work.new
     r = node_across(state, t, k)
     if r < 0 or not has_room(state):
@@ -147,7 +150,7 @@ def _distance(points, a, b):
 def _list_contraction(state, v, w, count, measure, limit, work):
     """Write the tets that join the outer faces of v's star (`work.star[:count]`) to w; return their number.
 
-    It is -1 where a new quality does not exceed the limit, or a new edge is too long.
+    The number is -1 if a new quality does not exceed the limit, or a new edge is too long.
     """
     points, tets, size = state.points, state.tets, state.size
     made = 0
@@ -172,7 +175,7 @@ def _list_contraction(state, v, w, count, measure, limit, work):
 
 @lean_kernel
 def _list_neighbours(state, v, count, work):
-    """List the points joined to v, `work.star[:count]` being its star, in `work.keys`; return how many."""
+    """Write the neighbours of v, from its star `work.star[:count]`, to `work.keys`; return their number."""
     found = 0
     for i in range(count):
         for k in range(4):
@@ -188,7 +191,7 @@ def _list_neighbours(state, v, count, work):
 
 @lean_kernel
 def contract(state, v, aim, work):
-    """Contract the interior point v to the neighbour with which the value is best; return whether."""
+    """Contract the interior point v to its best neighbour, if the value rises; return whether it did."""
     if v < len(state.reach) - 1:
         return False
     count = find_star(state, v, work.star)
@@ -241,9 +244,9 @@ def _add_apex(state, cone, place, size, work):
 
 @lean_kernel
 def insert_on_edge(state, t, edge, aim, work):
-    """Insert a point in the ring of an interior edge of tet t; return its id, or -1 if not done.
+    """Insert a point in the ring of an interior edge of tet t, if the value rises; return its id or -1.
 
-    It goes to the best place that a search from the edge's middle finds.
+    The point's position is found by a search from the edge's midpoint.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or not has_room(state):

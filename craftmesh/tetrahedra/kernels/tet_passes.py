@@ -1,4 +1,4 @@
-"""Passes of the tetrahedral optimiser over many points or tets; `work.done` counts what they do."""
+"""Passes of the tetrahedral optimiser over many points or tets; `work.done` counts the operations."""
 
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS
@@ -6,7 +6,7 @@ from craftmesh.tetrahedra.kernels.tet_objective import FAULTS
 from craftmesh.tetrahedra.kernels.tet_operations import contract, insert_on_edge, remove_edge, remove_face
 from craftmesh.tetrahedra.kernels.tet_smoothing import move_point, smooth_aspect
 
-# What `work.done` counts.
+# Indices of the counts in `work.done`.
 MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(len(KINDS))
 
 
@@ -28,7 +28,7 @@ def aspect_pass(state, aim, work):
 
 @lean_kernel
 def swap_pass(state, aim, order, work):
-    """Remove an edge of each live tet in `order` where that betters the aim."""
+    """Remove an edge of each live tet in `order`, if that raises the aim's value."""
     for t in order:
         if state.tets[t, 0] >= 0:
             _remove_an_edge(state, t, aim, work)
@@ -36,7 +36,7 @@ def swap_pass(state, aim, order, work):
 
 @lean_kernel
 def contraction_pass(state, aim, order, work):
-    """Contract each interior point in `order` where that betters the aim."""
+    """Contract each interior point in `order`, if that raises the aim's value."""
     for v in order:
         if not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[CONTRACTIONS] += contract(state, v, aim, work)
@@ -53,7 +53,7 @@ def _remove_an_edge(state, t, aim, work):
 
 @lean_kernel
 def _swap(state, t, aim, work):
-    """Remove an edge, else a face of tet t; return whether."""
+    """Remove an edge, else a face of tet t; return whether one was removed."""
     if _remove_an_edge(state, t, aim, work):
         return True
     for k in range(4):
@@ -65,7 +65,7 @@ def _swap(state, t, aim, work):
 
 @lean_kernel
 def _move(state, t, aim, work):
-    """Move corners of tet t until it is over the floor, or faults get lighter; return whether."""
+    """Move corners of tet t until it exceeds the floor (FAULTS: until one moves); return success."""
     for k in range(4):
         v = work.corners[k]
         if not state.frozen[v] and move_point(state, v, aim, work):
@@ -77,7 +77,7 @@ def _move(state, t, aim, work):
 
 @lean_kernel
 def _contract_any(state, aim, work):
-    """Contract an interior corner of the tet `work.corners`; return whether."""
+    """Contract an interior corner of the tet `work.corners`; return whether one was contracted."""
     for k in range(4):
         if not state.frozen[work.corners[k]] and contract(state, work.corners[k], aim, work):
             work.done[CONTRACTIONS] += 1
@@ -87,7 +87,7 @@ def _contract_any(state, aim, work):
 
 @lean_kernel
 def _insert_any(state, t, aim, work):
-    """Insert a point on an interior edge of tet t; return whether."""
+    """Insert a point on an interior edge of tet t; return whether one was inserted."""
     for edge in range(6):
         node = insert_on_edge(state, t, edge, aim, work)
         if node >= 0:
@@ -98,7 +98,7 @@ def _insert_any(state, t, aim, work):
 
 @lean_kernel
 def improve(state, t, aim, inserts, work):
-    """Better tet t, or those round it, by the first means that does; return whether."""
+    """Improve tet t or its neighbours by the first operation that succeeds; return whether one did."""
     for k in range(4):
         work.corners[k] = state.tets[t, k]
     return (
@@ -111,7 +111,10 @@ def improve(state, t, aim, inserts, work):
 
 @lean_kernel
 def improve_pass(state, aim, order, inserts, touched, work):
-    """Better the tets in `order` that are under the floor; return the changes, mark points looked at."""
+    """Improve the tets in `order` that are under the floor; return the number of changes.
+
+    touched (n,): becomes True at the corners of these tets.
+    """
     changes = 0
     for t in order:
         if state.tets[t, 0] >= 0 and state.quality[t] < aim.floor:

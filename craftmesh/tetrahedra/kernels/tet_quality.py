@@ -12,15 +12,15 @@ from craftmesh.mesh.shape_measures import LEAST_SHAPE_FACTOR
 # Measures of quality: see `quality_at`.
 VOLUME_LENGTH, SOUND, FORM, WHOLE = range(4)
 INVERTED = 1e300
-# Below this volume-length quality a tet counts as flat.
+# Volume-length quality below which a tet counts as flat.
 FLAT = 1e-9
 ROOT2 = np.sqrt(2.0)
-# The aspect ratio that no tet should have.
+# Aspect ratio above which a tet counts as stretched.
 STRETCHED = 5.0
-# A tet of less quality by SOUND or FORM counts as poor here: a little over sin 10 deg, .1736, and half of
-# sin 160 deg, .1710. No better tet is poor by `mesh/shape_measures`, and by SOUND none is STRETCHED.
+# Quality by SOUND or FORM below which a tet counts as poor: a little over sin 10 deg, .1736, and half of
+# sin 160 deg, .1710. A better tet is not poor by `mesh/shape_measures`, and by SOUND it is not STRETCHED.
 POOR = 0.174
-# From this quality by FORM on, a little over sin 15 deg, dihedral angles lie in 15..149 degrees.
+# Quality by FORM, a little over sin 15 deg, from which on dihedral angles lie in 15..149 degrees.
 WIDE = 0.26
 RATIO_SCALE, FACTOR_SCALE = POOR * STRETCHED, POOR / LEAST_SHAPE_FACTOR
 # The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.
@@ -29,14 +29,20 @@ FACTOR_OF_FOURTH = 27.0 / (24.0 * 8.0 * np.sqrt(3.0))
 
 @lean_kernel
 def _sine(volume6, length2, area_i, area_j, cosine):
-    """Sine of the dihedral angle at an edge; half of it where the angle is obtuse (normals turn alike)."""
+    """Return the sine of the dihedral angle at an edge; half the sine if the angle is obtuse.
+
+    cosine: product of the outward normals, negative for an acute angle.
+    """
     sine = volume6 * np.sqrt(length2) / (area_i * area_j)
     return sine if cosine < 0.0 else 0.5 * sine
 
 
 @lean_kernel
 def _shape_factor(volume6, products):
-    """Volume over that of the regular tet with the same circumsphere, from squares of opposite edges."""
+    """Return the volume divided by the regular tet's with the same circumsphere.
+
+    products: products of the squared lengths of opposite edges.
+    """
     x, y, z = np.sqrt(products[0]), np.sqrt(products[1]), np.sqrt(products[2])
     # 24 R V, squared (Crelle's formula)
     around2 = (x + y + z) * (x + y - z) * (x - y + z) * (y + z - x)
@@ -46,14 +52,14 @@ def _shape_factor(volume6, products):
 
 @lean_kernel
 def quality_at(points, a, b, c, x, y, z, measure):
-    """Quality of the tet a, b, c, (x, y, z): 1 is regular, <= 0 flat or inverted.
+    """Return the quality of the tet a, b, c, (x, y, z) by a measure: <= 0 if flat or inverted.
 
-    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3. Angles: the least of the sines of acute dihedral angles and half
-    the sines of obtuse ones; at .174 and over, all lie in 10..160 degrees. SOUND: that or
-    .87 h_min / l_max, whichever is less; at .174 and over, the aspect ratio is below 5 as well. FORM:
-    angles or 8.7 times the shape factor (volume over the regular tet's with the same circumsphere). WHOLE:
-    FORM where that is under POOR, and .174 more than SOUND or FORM elsewhere: no poor tet is as good as
-    any other, and at .348 and over a tet is neither poor nor of an aspect ratio over 5.
+    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3, 1 for the regular tet. SOUND: the minimum of *angles* and
+    .87 h_min / l_max, where *angles* is the minimum of the sines of acute dihedral angles and half the
+    sines of obtuse ones; from .174 on, angles lie in 10..160 degrees and the aspect ratio is below 5. FORM:
+    the minimum of *angles* and 8.7 times the shape factor (volume over the regular tet's with the same
+    circumsphere). WHOLE: FORM if FORM is under POOR, else .174 plus the minimum of SOUND and FORM. So a
+    poor tet is below all others, and from .348 on a tet is neither poor nor of an aspect ratio over 5.
     """
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
@@ -97,21 +103,21 @@ def quality_at(points, a, b, c, x, y, z, measure):
 
 @lean_kernel
 def quality_of(points, a, b, c, d, measure):
-    """Quality of the tet a, b, c, d: see `quality_at`."""
+    """Return the quality of the tet a, b, c, d: see `quality_at`."""
     return quality_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], measure)
 
 
 @lean_kernel
 def _area2(x, y, z):
-    """Four times the square of a triangle's area, from the squares of its edges (Heron's formula)."""
+    """Return four times a triangle's squared area, from the squares of its edges (Heron's formula)."""
     return x * y - 0.25 * (x + y - z) ** 2
 
 
 @lean_kernel
 def aspect_ratio_over(points, a, b, c, x, y, z, floor):
-    """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z).
+    """Return the aspect ratio l_max / h_min of the tet a, b, c, (x, y, z).
 
-    INVERTED if the volume-length quality is not over `floor`.
+    The ratio is INVERTED if the volume-length quality is not over `floor`.
     """
     ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
     vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
@@ -130,13 +136,13 @@ def aspect_ratio_over(points, a, b, c, x, y, z, floor):
 
 @lean_kernel
 def aspect_ratio_at(points, a, b, c, x, y, z):
-    """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED for a flat or inverted one."""
+    """Return the aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED if flat or inverted."""
     return aspect_ratio_over(points, a, b, c, x, y, z, FLAT)
 
 
 @lean_kernel
 def aspect_ratio_of(points, a, b, c, d):
-    """Aspect ratio of the tet a, b, c, d: see `aspect_ratio_at`."""
+    """Return the aspect ratio of the tet a, b, c, d: see `aspect_ratio_at`."""
     return aspect_ratio_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2])
 
 

@@ -1,8 +1,8 @@
 """Aspect ratios of the tets that join one point to given faces, many tets at a time.
 
-What does not change with the point stands in a table whose columns are the faces, so that the loop over
-these is vectorised. The areas of the other faces come from squares of edges alone: for 24 tets a sum takes
-32 ns, a loop over `aspect_ratio_at` 280.
+Quantities that do not depend on the point are in a table with a column for each face, so that the loop over
+faces is vectorised. The areas of the other faces follow from squared edge lengths. For 24 tets a sum takes
+32 ns, a loop over `aspect_ratio_at` 280 ns.
 """
 
 from collections import namedtuple
@@ -12,8 +12,8 @@ import numpy as np
 from craftmesh.jit import lean_kernel, vector_kernel
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED
 
-# The first `count` columns of a table (TABLE_ROWS, f), room for a value of each, and the volume-length
-# quality, FLAT at least, that a tet has to exceed.
+# The first `count` columns of a table (TABLE_ROWS, f), a work array for their values, and the volume-length
+# quality, at least FLAT, that a tet must exceed.
 RatioCone = namedtuple("RatioCone", "table values count limit")
 # Rows of a table: the corners and the normal of a face a, b, c (three rows each), the squares of its edges,
 # of its normal, and of its longest edge.
@@ -61,7 +61,7 @@ def _fill_ratios(table, ratios, count, limit, x, y, z):
 
 @lean_kernel
 def ratio_sum(cone, x, y, z):
-    """Sum of the cone's aspect ratios from (x, y, z); INVERTED at least with a tet under the limit."""
+    """Return the sum of the cone's aspect ratios from (x, y, z), >= INVERTED with a tet under the limit."""
     _fill_ratios(cone.table, cone.values, cone.count, cone.limit, x, y, z)
     total = 0.0
     for i in range(cone.count):

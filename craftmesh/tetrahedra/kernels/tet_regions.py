@@ -1,4 +1,4 @@
-"""Regions of tetrahedra that facets part, and the volume of all."""
+"""Regions of tetrahedra that facets separate, and the volume of all tetrahedra."""
 
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import facet_at
@@ -6,9 +6,9 @@ from craftmesh.tetrahedra.kernels.tet_cavity import facet_at
 
 @lean_kernel
 def find_facets(tets, facets, count, facet):
-    """Write the row (m, 4) of the facet on each face, opposite each corner, -1 for none.
+    """Write to `facet` (m, 4) the row of the facet on the face opposite each corner, -1 for none.
 
-    facets (f, 3): sorted triples in lexicographic order, of corners under `count`.
+    facets (f, 3): sorted triples in lexicographic order, of node ids under `count`.
     """
     for t in range(len(tets)):
         for k in range(4):
@@ -20,9 +20,9 @@ def find_facets(tets, facets, count, facet):
 
 @lean_kernel
 def part_regions(neighbours, facet, region, stack):
-    """Write the region (m,) of each tet, numbered in the order of first tets; return how many there are.
+    """Write the region (m,) of each tet, numbered by their first tets; return the number of regions.
 
-    Regions end where faces have a facet (m, 4). stack (m,): room for work.
+    facet (m, 4): >= 0 on faces that separate regions. stack (m,): work array.
     """
     region[:] = -1
     count = 0
@@ -44,7 +44,7 @@ def part_regions(neighbours, facet, region, stack):
 
 @lean_kernel
 def sum_volumes(points, tets):
-    """Return the volume of all tets, and the number of those whose volume is not positive."""
+    """Return the volume of all tets, and the number of tets whose volume is not positive."""
     total, wrong = 0.0, 0
     for t in range(len(tets)):
         a, b, c, d = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]

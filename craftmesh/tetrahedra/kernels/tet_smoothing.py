@@ -1,4 +1,4 @@
-"""Moves of points, inside grains and on boundaries: worst tets, aspect ratios or faults get better."""
+"""Moves of points inside grains and on boundaries, for worst quality, aspect ratios or fault weight."""
 
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.rounding import ROUNDING
@@ -8,21 +8,21 @@ from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, fault
 from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, POOR, VOLUME_LENGTH, WIDE, quality_of
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
 
-# Search for a lower aspect ratio: the step in target lengths, halved from round to round; the least of the
-# parabolas through three places counts up to so many steps. 190,000 tets of 24 grains end with a mean of
-# 1.6817; with steps of .05 1.6823, with one round 1.6857, with one step at most 1.6828.
+# Search for a lower aspect ratio: first step in target lengths, halved each iteration; iterations; most
+# steps to the minimum of a parabola through three points. 190,000 tets of 24 grains end with a mean of
+# 1.6817; with steps of .05 with 1.6823, with one iteration 1.6857, with at most one step 1.6828.
 PATTERN_STEP = 0.08
 PATTERN_ROUNDS = 2
 MOST_STEPS = 2.0
-# Tets of this quality by WHOLE are not under WIDE by FORM, and weigh nothing: the worst may fall to it.
+# Quality by WHOLE to which the worst tet may fall: such tets are not under WIDE by FORM and weigh nothing.
 FREE_FROM = POOR + WIDE
 
 
 @lean_kernel
 def _put_at(state, v, place, count, measure, limit, work):
-    """Move point v, whose star is in `work.star`, and renew the qualities there; return whether it moves.
+    """Move point v to `place` and update the qualities of its star `work.star[:count]`; return True.
 
-    It stays where a quality would not be over the limit.
+    If a quality would not exceed the limit, v stays and the result is False.
     """
     points, tets = state.points, state.tets
     before = (points[v, 0], points[v, 1], points[v, 2])
@@ -40,9 +40,10 @@ def _put_at(state, v, place, count, measure, limit, work):
 
 @lean_kernel
 def _way_down(ratios, place, first, ways, step):
-    """Return the move along directions (k, 3) to the lowest point of a parabola in each, two steps wide.
+    """Return the move (3,) to the minima of parabolas along the directions `ways` (k, 3).
 
-    first: the sum of aspect ratios at the place.
+    Each parabola interpolates the sum of aspect ratios a step behind, at and ahead of `place`; first: the
+    sum at `place`.
     """
     x, y, z = place
     dx = dy = dz = 0.0
@@ -59,9 +60,9 @@ def _way_down(ratios, place, first, ways, step):
 
 @lean_kernel
 def _pattern_search(ratios, place, best, ways, step, home, reach):
-    """Walk along directions (k, 3) while the sum of aspect ratios falls; return the place and its sum.
+    """Move along directions `ways` (k, 3) while the sum of aspect ratios falls; return position and sum.
 
-    All places lie within `reach` of home. A move that does not help is tried once more by half.
+    All positions lie within `reach` of `home`. A move that does not help is tried once more at half length.
     """
     for _ in range(PATTERN_ROUNDS):
         x, y, z = place
@@ -83,9 +84,9 @@ def _pattern_search(ratios, place, best, ways, step, home, reach):
 
 @lean_kernel
 def smooth_aspect(state, v, aim, work):
-    """Move point v, within its bounds, to where the mean aspect ratio round it is lower; return whether.
+    """Move point v, within its bounds, if the mean aspect ratio of its tets falls; return whether it moved.
 
-    The worst quality stays over the lesser of itself and `aim.floor`.
+    The worst quality does not fall below the minimum of itself and `aim.floor`.
     """
     count = star_of(state, v, work)
     if count == 0:
@@ -107,7 +108,7 @@ def smooth_aspect(state, v, aim, work):
 
 @lean_kernel
 def weight_of(state, listed, count):
-    """Return what the tets listed weigh by their faults; the state's qualities are by WHOLE."""
+    """Return the fault weight of the tets listed[:count]; the state's qualities are by WHOLE."""
     total = 0.0
     for i in range(count):
         total += fault_weight(state.quality[listed[i]])
@@ -116,10 +117,10 @@ def weight_of(state, listed, count):
 
 @lean_kernel
 def _move_to_better(state, v, count, aim, home, reach, ways, step, work):
-    """Move point v to where its tets are worth more by the aim, WORST or FAULTS; return whether.
+    """Move point v if the value of its tets rises, for the aim WORST or FAULTS; return whether it moved.
 
-    `work` holds its star of `count` tets and the faces opposite v. v stays within `reach` of `home` and
-    goes along the rows of ways (3, 3); step: the first one's length.
+    `work` has v's star of `count` tets and the faces opposite v. v stays within `reach` of `home` and moves
+    along the rows of ways (3, 3); step: length of the first step.
     """
     points, lighter = state.points, aim.objective == FAULTS
     if lighter:
@@ -136,7 +137,7 @@ def _move_to_better(state, v, count, aim, home, reach, ways, step, work):
 
 @lean_kernel
 def move_point(state, v, aim, work):
-    """Move point v, within its bounds, to where its tets are worth more by the aim; return whether."""
+    """Move point v, within its bounds, if the value of its tets rises; return whether it moved."""
     count, own = star_of(state, v, work), min(v, len(state.reach) - 1)
     home, reach = (state.home[own, 0], state.home[own, 1], state.home[own, 2]), state.reach[own]
     step = FIRST_STEP * min(state.size[v], reach)

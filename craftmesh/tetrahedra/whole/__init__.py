@@ -1,1 +1,1 @@
-"""The whole model at once, where single grains fail."""
+"""A mesh of the whole model at once, for models in which single grains fail."""

@@ -1,4 +1,4 @@
-"""The crack found again in a mesh that kept it only to within an envelope."""
+"""Recovery of the crack in a mesh that keeps it only within an envelope."""
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from craftmesh.surface.measure import (
 )
 from craftmesh.types import CRACK, Surface
 
-# Shares by which the area and the front's length may differ from the input's.
+# Largest relative differences of crack area and front length from the input.
 AREA_TOLERANCE = 0.03
 FRONT_TOLERANCE = 0.1
-# A front may lie this part of its median edge off the input's.
+# Largest distance of the front from the input's front, in median front edges.
 OFF_TOLERANCE = 0.5
-# Parts of the way to the front that a rim point tries, and the part of its volume that a tet keeps.
+# Fractions of the move to the front that a rim point tries, and smallest fraction of volume that a tet
+# keeps.
 STEPS = (1.0, 0.75, 0.5, 0.25)
 LEAST_VOLUME = 0.1
 # Height of the fins along the front, in target lengths.
@@ -30,11 +31,11 @@ FIN_HEIGHT = 0.7
 def crack_half_faces(
     surface: Surface, points: np.ndarray, tets: np.ndarray, pairs: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Return half faces (c,), those of the tets ahead of the crack, that make up the crack in a mesh.
+    """Return half faces (c,) of the tets ahead of the crack that form the crack in a mesh.
 
-    pairs (p, 2): half faces that coincide, within the material. A face belongs to the crack when its
-    corners and its centroid are within `reach` of the surface's crack facets and its two tets lie on
-    different sides of them.
+    pairs (p, 2): half faces that coincide, within the material. A face belongs to the crack if its
+    corners and centroid are within `reach` of the surface's crack facets and its two tets lie on
+    different sides of these facets.
     """
     crack = surface.facets[surface.kind == CRACK].astype(np.int64)
     if not len(crack) or not len(pairs):
@@ -54,10 +55,10 @@ def crack_half_faces(
 
 
 def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points and facets of the surface with fins along the crack's front, square to the crack.
+    """Return the surface's points and facets with fins along the front, perpendicular to the crack.
 
-    They hold the front in place where a mesher lets open rims of a surface recede. lengths (n,): target
-    lengths at the surface's points, about the height of the fins.
+    Fins keep the front in place, because the mesher lets open rims of a surface recede. lengths (n,):
+    target lengths at the surface's points; the fins are FIN_HEIGHT times as high.
     """
     points, facets = surface.points, surface.facets.astype(np.int64)
     front = front_edges(surface)
@@ -81,8 +82,8 @@ def move_front_onto(
 ) -> np.ndarray:
     """Return points with the front of the crack facets (c, 3) moved onto the front of the input surface.
 
-    free (f, 3): facets on free surfaces, whose points stay. A point goes as far as its tets keep a tenth
-    of their volumes.
+    free (f, 3): facets on free surfaces, whose points stay. A point moves so far that its tets keep more
+    than a tenth of their volumes.
     """
     front = front_edges(surface)
     rim = np.setdiff1d(front_of(crack, free), free)
@@ -104,10 +105,10 @@ def move_front_onto(
 
 
 def recovery_of_crack(before: Surface, after: Surface) -> dict:
-    """Return how well the crack was found again; raises CraftmeshError where part of it is missing.
+    """Return areas, front lengths and the front's distance; raise CraftmeshError if a part is missing.
 
-    The area agrees to 3%, the front's length to 10%, and the front lies within half its edges of the
-    input's.
+    The area must agree to 3 %, the front length to 10 %, and the front must lie within half a median front
+    edge of the input's front.
     """
     areas, fronts = zip(*(_area_and_front(surface) for surface in (before, after)))
     lengths = [edge_lengths(s.points, edges) for s, edges in zip((before, after), fronts)]
@@ -130,7 +131,7 @@ def recovery_of_crack(before: Surface, after: Surface) -> dict:
         raise CraftmeshError(
             f"the mesh of the whole model keeps {areas[1]:.6g} of the crack's area {areas[0]:.6g} and "
             f"{lengths[1].sum():.6g} of its front's length {lengths[0].sum():.6g}, up to {off:.3g} off: no "
-            "mesh with a damaged crack is written; repair the surface where grains failed, or take a "
+            "mesh with a damaged crack is written; repair the surface where grains failed, or use a "
             "smaller envelope"
         )
     return report

@@ -16,18 +16,17 @@ from craftmesh.surface.patches import PLANES
 from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, move_front_onto
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
-# Rounds of splits: the crack is found anew in the split mesh, and may have other facets there.
+# Most rounds of splits: the crack is found again in the split mesh and may have other facets there.
 MAX_SPLITS = 5
 
 
 def move_onto_planes(
     surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Return points with those of the outer faces exactly on the box's planes, labels and a report.
+    """Return points with outer faces exactly on box planes, labels (t,), and a report.
 
-    Points of faces between the material and the outside move by at most `reach`, along the axes of the
-    planes they are near to. Tets that become flat on a plane get the label 0. Raises CraftmeshError
-    where a tet would turn over.
+    Points of faces between material and outside move by at most `reach`, along the axes of nearby planes.
+    Tets that become flat on a plane get the label 0. Raises CraftmeshError if a tet would be inverted.
     """
     groups = group_triples(half_faces(tets))
     outside = _sides_of(groups, labels)
@@ -45,7 +44,7 @@ def move_onto_planes(
     if turned.any():
         raise CraftmeshError(
             f"{turned.sum()} tetrahedra of grain {labels[turned][0]} turn over when the mesh of the whole "
-            "model is put on the box's planes; take a smaller envelope"
+            "model is put on the box's planes; use a smaller envelope"
         )
     off = np.abs(moved - points).max(axis=1)
     report = {"points_put_on_planes": int((off > 0).sum()), "largest_move": float(off.max(initial=0.0))}
@@ -55,9 +54,9 @@ def move_onto_planes(
 def settle_crack(
     surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points, tets and labels with the crack's front on the given one and facets that can open.
+    """Return points, tets and labels with the crack's ears split and its front moved onto the given front.
 
-    The crack's ears are split first.
+    Without ears, all facets of the crack can open.
     """
     for _ in range(MAX_SPLITS):
         crack, free = _crack_facets(surface, points, tets, labels, reach)
@@ -87,7 +86,7 @@ def _crack_facets(
 def _split(
     points: np.ndarray, tets: np.ndarray, labels: np.ndarray, edge: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the mesh with the edge halved; its tets keep their labels and senses."""
+    """Return the mesh with the edge bisected; its tets keep their labels and orientations."""
     around = (tets == edge[0]).any(axis=1) & (tets == edge[1]).any(axis=1)
     halves = [np.where(tets[around] == end, len(points), tets[around]) for end in edge]
     tets = np.concatenate([tets[~around], *halves])
@@ -100,7 +99,7 @@ def model_of(
 ) -> tuple[Surface, list[GrainTets]]:
     """Return the surface between the labels (t,) of a mesh, its crack included, and each grain's tets.
 
-    Facets are the faces between two labels, those of the box's planes and those of the crack, which
+    Facets are the faces between two labels, the faces on box planes, and the crack's faces, which
     lie within `reach` of the crack facets of the input `surface`.
     """
     groups = group_triples(half_faces(tets))
@@ -128,7 +127,7 @@ def model_of(
 
 
 def box_levels(surface: Surface) -> dict[int, tuple[int, float]]:
-    """Return for each box plane (1..6) with facets its axis and its coordinate."""
+    """Return (axis, coordinate) by box plane 1..6, for planes with facets."""
     levels = {}
     for plane, axis, _ in PLANES:
         facets = surface.facets[surface.kind == plane]
@@ -138,7 +137,7 @@ def box_levels(surface: Surface) -> dict[int, tuple[int, float]]:
 
 
 def _sides_of(groups: RowGroups, labels: np.ndarray) -> np.ndarray:
-    """Return (g, 2) the labels on both sides of each face; 0 where there is no tet."""
+    """Return the labels (g, 2) on both sides of each face, 0 if there is no tet."""
     first = labels[groups.lead // 4]
     second = np.zeros(len(first), labels.dtype)
     second[groups.count == 2] = labels[groups.pairs[:, 1] // 4]
@@ -156,7 +155,7 @@ def _kinds(surface: Surface, points: np.ndarray, facets: np.ndarray, sides: np.n
 def _grain_tets(
     points: np.ndarray, tets: np.ndarray, labels: np.ndarray, nodes: np.ndarray
 ) -> list[GrainTets]:
-    """Return each grain's tets; `nodes` (s,) are the points of the mesh that the surface has kept."""
+    """Return each grain's tets; nodes (s,): the mesh's points that are points of the surface."""
     on_surface = np.full(len(points), -1, np.int64)
     on_surface[nodes] = np.arange(len(nodes))
     result = []

@@ -1,4 +1,4 @@
-"""The whole model meshed in one call of pytetwild, with its grains, box planes and crack found again."""
+"""The whole model meshed in one call of pytetwild, with recovery of grains, box planes and crack."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from craftmesh.tetrahedra.whole.crack_faces import recovery_of_crack, with_fins
 from craftmesh.tetrahedra.whole.new_surface import model_of, move_onto_planes, settle_crack
 from craftmesh.types import GrainTets, Surface
 
-# fTetWild stops to improve the mesh at this energy; 3 is that of the regular tetrahedron.
+# Energy at which fTetWild stops improving the mesh; the regular tetrahedron has 3.
 STOP_ENERGY = 10.0
 
 
@@ -45,10 +45,10 @@ class TetWildTask:
 
 
 def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) that fill a box round the facets and follow them; for a worker process.
+    """Return (points, tets) that fill a box around the facets and conform to them; for a worker process.
 
-    The tets (t, 4) int64 have volumes >= 0. Nothing says which of their faces lie on the facets. It
-    shuffles by a random device that cannot be seeded, so no two meshes of the same input are the same.
+    The tets (t, 4) int64 have volumes >= 0. The result does not tell which of their faces lie on the
+    facets. pytetwild uses random numbers that cannot be seeded, so two meshes of the same input differ.
     """
     with extra("tetwild"):
         import pytetwild
@@ -70,15 +70,15 @@ def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
     )
     if not len(tets):
         raise MesherRefusal("pytetwild made no tetrahedra")
-    # its tets turn the other way round
+    # its tets have the opposite orientation
     return np.asarray(points, float), np.asarray(tets, np.int64)[:, [0, 2, 1, 3]]
 
 
-# Points of the background lattice along the longest side of the box.
+# Number of background lattice points along the longest side of the box.
 LATTICE = 20
-# Faces count as those of a plane or of the crack within this many envelopes.
+# Distance, in envelopes, within which faces belong to a box plane or to the crack.
 REACH = 1.2
-# The envelopes tried, one after the other, as parts of the option.
+# Envelopes that are tried in turn, as fractions of the option.
 ENVELOPES = (1.0, 0.5)
 
 
@@ -90,11 +90,11 @@ def mesh_whole_model(
 ) -> tuple[Surface, list[GrainTets], dict]:
     """Return the surface of a new mesh of the whole model, the tets of each grain by id, and a report.
 
-    For surfaces that a mesher which keeps them refuses: every grain boundary may move by up to
-    `options.envelope` times the shortest target length, on both its sides alike, so the mesh is
-    conformal. Box planes are exact; the crack's front is put back on the given one. sizing: `at(points)`
-    gives target lengths, None takes the surface's own. options: TetrahedralizeOptions. Raises
-    CraftmeshError where pytetwild gives up, a grain is lost, or the crack cannot be found again.
+    This is for surfaces that surface-preserving meshers reject. Each grain boundary may move by up to
+    `options.envelope` times the shortest target length, for both grains alike, so the mesh is conformal.
+    Box planes are exact, and the crack's front is moved back onto the given front. sizing: `at(points)`
+    gives target lengths; None uses the surface's edge lengths. Raises CraftmeshError if pytetwild fails, a
+    grain is lost, or the crack cannot be found again.
     """
     with extra("tetwild"):
         version("pytetwild")  # its import takes seconds
@@ -108,7 +108,7 @@ def mesh_whole_model(
             found, grain_tets, report = _found_again(surface, points, tets, task.envelope)
             break
         except CraftmeshError:
-            # pytetwild draws random numbers: the next mesh is another one
+            # pytetwild uses random numbers, so the next mesh differs
             if factor == ENVELOPES[-1]:
                 raise
     if options.optimise:
@@ -120,7 +120,10 @@ def mesh_whole_model(
 def _found_again(
     surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
 ) -> tuple[Surface, list[GrainTets], dict]:
-    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
+    """Return the surface, the grains' tets and a report on their fit from pytetwild's mesh.
+
+    envelope: in model units. Raises CraftmeshError if a grain is lost, or as the functions it calls.
+    """
     reach = REACH * envelope
     labels = labels_at(points[tets].mean(axis=1), surface.points, surface.facets, surface.sides)
     points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
@@ -131,7 +134,7 @@ def _found_again(
         name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
         raise CraftmeshError(
             f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
-            "take a smaller envelope"
+            "use a smaller envelope"
         )
     recovery = recovery_of_crack(surface, found)
     return found, grain_tets, {"envelope": envelope, **on_planes, **recovery, **_drift(surface, found)}
@@ -158,13 +161,13 @@ class _OneMesh:
 
     def on_failure(self, _: TetWildTask, failure: Failure, __: float) -> None:
         raise CraftmeshError(
-            f"pytetwild could not mesh the whole model: {failure.reason}; larger sizes or a larger "
-            "envelope make it quicker, whole_time_limit and memory_limit bound it"
+            f"pytetwild could not mesh the whole model: {failure.reason}; use larger sizes or a larger "
+            "envelope, which are faster, or raise whole_time_limit and memory_limit"
         )
 
 
 def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray, np.ndarray, float]:
-    """Run pytetwild in a process of its own under the limits of time and memory."""
+    """Run pytetwild in a worker process under limits; return points, tets and seconds."""
     found = _OneMesh()
     job = Job(tetwild, None, Limits(options.whole_time_limit, options.memory_limit))
     run_tasks(job, [(1.0, task)], found, workers=1)
@@ -172,7 +175,7 @@ def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray,
 
 
 def _drift(before: Surface, after: Surface) -> dict:
-    """Return the largest relative change of a grain's volume, and its grain."""
+    """Return the largest relative change of a grain's volume, and the grain's id, for the report."""
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
     drift = {grain: abs(part) for grain, part in volume_drift(*volumes).items()}
     worst = max(drift, key=lambda grain: drift[grain])
@@ -180,7 +183,7 @@ def _drift(before: Surface, after: Surface) -> dict:
 
 
 def _optimised(surface: Surface, grain_tets: list[GrainTets], sizing: Lengths) -> list[GrainTets]:
-    """Return better tets of each grain on the same surface."""
+    """Return optimised tets of each grain on the same surface."""
     result = []
     for one, bounds in zip(grain_tets, grain_surfaces(surface)):
         local = np.full(len(surface.points), -1, np.int64)
