@@ -1,4 +1,4 @@
-"""Cleaning after the gradation: needles and caps go by collapse, swap and sliding; ears are split."""
+"""Cleaning after the gradation: collapse, swap and moves remove needles and caps; ears are split."""
 
 import numpy as np
 
@@ -14,25 +14,24 @@ from craftmesh.surface.measure import facet_angles
 
 # Degrees: facets with a smaller angle are needles, collapsed whatever the length of their edges.
 NEEDLE_ANGLE = 20.0
-# Of the other facets under the goal, edges shorter than this part of their target are collapsed: at 0.5 the
-# surface has 3% more facets, and they are no better.
+# Ratio to the target below which shortest edges of other facets under the goal are collapsed. At 0.5 the
+# surface has 3% more facets, of no better shape.
 SHORT = 0.7
-# Degrees: in the first round vertices slide wherever a facet is under the goal, later only under this. With
-# 22 almost twice as many facets stay under 25 degrees; with 28 there are half as many slides again, and no
-# fewer such facets.
+# Degrees: goal of vertex moves after the first round. With 22 almost twice as many facets stay under 25
+# degrees; with 28 there are half as many moves again, and no fewer such facets.
 LATE_GOAL = 25.0
-# How far the cleaning loosens the limits of the rounds, chosen by hand: the longest new edge, from the
-# start and in the later half of the cleaning, and in that half the turn of normals.
+# Factors on the limits of the rounds, chosen by hand: for the longest new edge, at first and in the later
+# half of the cleaning, and for the turn of normals in the later half.
 LOOSE_LENGTH = 1.2
 LATE_LENGTH = 1.4
 LATE_TURN = 1.5
 
 
 def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: int, goal: float) -> None:
-    """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and slide.
+    """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and vertex moves.
 
-    After the first round vertices slide only where a facet is still under 25 degrees; the cleaning ends
-    when none is under 15 and junction points that lie too close have been merged.
+    After the first round vertices move only at facets under 25 degrees. The cleaning ends when no facet is
+    under 15 degrees and junction points that are too close have been merged.
     """
     for n in range(rounds):
         slide_goal = goal if n == 0 else min(goal, LATE_GOAL)
@@ -50,10 +49,10 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
 
 
 def loosened(limits: Limits, n: int, rounds: int) -> Limits:
-    """Return the limits of round `n`: the later, the longer an edge and the further a normal may go."""
+    """Return the limits of round `n`; in later rounds edges may be longer and normals may turn more."""
     late = n >= rounds // 2
     return limits._replace(
-        collapse=np.inf,  # which edges collapse is chosen by their facets
+        collapse=np.inf,  # edges to collapse are chosen by their facets
         longest=limits.longest * (LATE_LENGTH if late else LOOSE_LENGTH),
         gain=LEAST_RISE,
         cosine=np.cos(np.arccos(limits.cosine) * (LATE_TURN if late else 1.0)),
@@ -62,7 +61,7 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
 
 
 def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
-    """Collapse the shortest edges of facets under `goal` degrees, needles or short, the worst first."""
+    """Collapse the shortest edges of facets under `goal` degrees, if needles or short, worst first."""
     facets = gradation.poor_facets(score_of_angle(goal))
     angles = facet_angles(gradation.mesh.points, facets)
     smallest = angles.argmin(1)

@@ -1,4 +1,4 @@
-"""What the crack is held to: the triangles of its vertices, the curve of its front, and its area."""
+"""References for the crack: triangles for its vertices, the curve of its front, and its area."""
 
 import numpy as np
 
@@ -12,14 +12,14 @@ from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Crack, Surface
 
-# Bins are as wide as the mean triangle is long, and no more than so many.
+# Most bins; a bin is at least as wide as the mean triangle is long.
 MOST_BINS = 2_000_000
 
 
 def crack_triangles(surface: Surface, given: Crack | None) -> dict[str, np.ndarray]:
     """Return the arrays `crack_*` of Guards: the triangles near the crack of `surface`, and their bins.
 
-    There are none where the crack of `surface` lies in one plane: vertices then stay on it by themselves.
+    There are no triangles if the crack of `surface` is flat, because its vertices then stay in its plane.
     """
     inserted = surface.facets[surface.kind == CRACK].astype(np.int64)
     if not len(inserted) or _is_flat(surface.points, inserted):
@@ -30,7 +30,7 @@ def crack_triangles(surface: Surface, given: Crack | None) -> dict[str, np.ndarr
 
 
 def _near(given: Crack, inserted: np.ndarray) -> np.ndarray:
-    """Return the given triangles (t, 3) that are no farther from all the inserted ones than one is long."""
+    """Return given triangles (t, 3) in the box of inserted triangles, widened by the longest of these."""
     longest = np.ptp(inserted, axis=1).max()
     reach = np.stack([inserted.min(axis=(0, 1)) - longest, inserted.max(axis=(0, 1)) + longest])
     triangles = given.triangles.astype(np.int64)
@@ -48,7 +48,7 @@ def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:
 
 
 def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the arrays of triangles (t, 3) and of the bins that their bounds meet."""
+    """Return the arrays `crack_*` of Guards for triangles (t, 3), with the bins of their bounding boxes."""
     corners = points[triangles].reshape(-1, 3, 3)
     lower, upper = corners.min(axis=1), corners.max(axis=1)
     low, high = (lower.min(axis=0), upper.max(axis=0)) if len(triangles) else np.zeros((2, 3))
@@ -58,7 +58,7 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
     grid = grid_over(low, high, width)
     bins = fill_bins(cells_of(lower, grid), cells_of(upper, grid), grid)
     return {
-        # a type's points are read-only, which would compile all kernels once more for them
+        # a copy: the points of Crack and Surface are read-only, for which kernels would compile again
         "crack_points": np.array(points, float, order="C"),
         "crack_triangles": triangles,
         "crack_bin_start": bins.start,
@@ -69,20 +69,20 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-# Of its length: how far the ends of a front edge may be off a given front that it follows, and how long the
-# way along that may be (an arc of 90 degrees is 1.11 times as long as its chord).
+# Relative to a front edge's length: largest distance of its ends from a given front that it follows, and
+# largest arc length between them (an arc of 90 degrees is 1.11 times as long as its chord).
 NEAR = 0.15
 LONGER = 1.15
-# Most even pieces of a bent edge, which is parted so finely that its pieces keep to the curve within
-# GRADATION.front of the edge's length. The given front's own points part the edge further.
+# Most equal segments of a bent edge; their number keeps the segments within GRADATION.front edge lengths of
+# the curve. The given front's own points divide the edge further.
 MOST_PIECES = 8
 
 
 def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
-    """Return segments (s, 2, 3) of the front of `surface`, its edges bent along the fronts of `crack`.
+    """Return segments (s, 2, 3) of the front of `surface`, with its edges bent along the fronts of `crack`.
 
-    An edge whose ends are both close to one given front gets the shape of the piece between them: points of
-    the curve, moved as its ends are off it. Other edges, and all without a crack, stay straight.
+    An edge with both ends close to one given front gets the shape of the curve between them, shifted by the
+    offsets of its ends. Other edges stay straight, and all edges if there is no crack.
     """
     edges = surface.points[front_edges(surface)].reshape(-1, 2, 3)
     if crack is None or not len(edges):
@@ -104,9 +104,10 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
 
 
 def _bent(curve: Polyline, ends: np.ndarray, part: tuple[float, float]) -> np.ndarray:
-    """Return the segments (k, 2, 3) from end to end (2, 3), shaped as the curve from an arc on for a way.
+    """Return segments (k, 2, 3) between two ends (2, 3), shaped as a part of the curve.
 
-    Few points of the given front are corners: the segments meet there.
+    part: the arc length at which the part begins, and its signed length. If the given front has few points
+    within the part, they are corners, so segments end there too.
     """
     share = np.arange(MOST_PIECES + 1) / MOST_PIECES
     bulge = _shaped(curve, ends, part, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
@@ -124,17 +125,17 @@ def _bent(curve: Polyline, ends: np.ndarray, part: tuple[float, float]) -> np.nd
 
 
 def _shaped(curve: Polyline, ends: np.ndarray, part: tuple[float, float], share: np.ndarray) -> np.ndarray:
-    """Return the points (k, 3) at shares (k,) of a part of the curve, moved as the ends are off it."""
+    """Return points (k, 3) at fractions (k,) of a part of the curve, shifted to meet both ends."""
     arc, way = part
     line = curve.at(arc + share * way)
     return line + (1 - share[:, None]) * (ends[0] - line[0]) + share[:, None] * (ends[1] - line[-1])
 
 
 class HeldArea:
-    """The area that the crack of a surface is to keep; l_min in model units.
+    """The target area of the crack of a surface; l_min in model units.
 
-    It is the given crack's within the surface's bounds, unless the surface comes with another one, as
-    where parts of the crack lie in voids.
+    The target is the given crack's area within the surface's bounding box. If the input surface already has
+    another area, for example because parts of the crack lie in voids, that area is the target.
     """
 
     def __init__(self, surface: Surface, given: Crack | None, l_min: float) -> None:
@@ -153,7 +154,7 @@ class HeldArea:
             self.area = whole
 
     def times_off(self, surface: Surface) -> float:
-        """Return how many times farther off the area of the crack is than it may be."""
+        """Return the error of the crack's area divided by the allowed error; 0 without a crack."""
         if not self.area:
             return 0.0
         return area_off(

@@ -1,4 +1,4 @@
-"""Sharp folds of the crack: they bound patches, and strips beside them have short edges."""
+"""Sharp folds of the crack, which bound patches and get short edges in the strips next to them."""
 
 from dataclasses import replace
 
@@ -10,22 +10,23 @@ from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
 
-# Degrees by which the crack turns at a fold that bounds patches. Normals averaged across a sharper one are
-# the normal tolerance off both its sides, so that next to it nothing could be changed.
+# Degrees: smallest turn of the crack at a fold that bounds patches. Normals averaged across a sharper fold
+# would differ from both sides by the normal tolerance, so that nothing next to it could be changed.
 FOLD = 50.0
-# Degrees: the normal of a flatter facet says nothing.
+# Degrees: smallest angle of a facet whose normal is meaningful.
 FLATTEST = 1.0
-# Of an edge: the foot of an apex over it is no nearer to its ends where a strip is measured.
+# Fraction of an edge: smallest distance of an apex' projection from the edge's ends where a strip is
+# measured.
 ASIDE = 0.05
 
 
 def folded_patches(surface: Surface, plain: Patches | None = None) -> Patches:
-    """Return the patches of a surface, those of the crack parted where it is folded by over FOLD degrees.
+    """Return the patches of a surface, with crack patches split at folds of over FOLD degrees.
 
-    plain: those that are not parted, where known.
+    plain: the patches without such splits, if known.
 
-    A fold that ends within a patch parts nothing. Of each patch the first part keeps its number; the others
-    come after all patches, in the order of their first facets.
+    A fold that ends within a patch does not split it. The first part of a patch keeps the patch's number;
+    the other parts come after all patches, in the order of their first facets.
     """
     plain = patches(surface) if plain is None else plain
     crack = np.flatnonzero(surface.kind == CRACK)
@@ -33,7 +34,7 @@ def folded_patches(surface: Surface, plain: Patches | None = None) -> Patches:
         return plain
     piece = _between_folds(surface, crack, plain.of_facet[crack])
     _, first = np.unique(piece, return_index=True)
-    # of each patch the piece that comes first keeps its number
+    # the first part of each patch keeps the patch's number
     heads = np.isin(crack[first], plain.first_facet)
     number = np.where(heads, plain.of_facet[crack[first]], 0)
     number[~heads] = len(plain.first_facet) + np.arange(int((~heads).sum()))
@@ -43,7 +44,10 @@ def folded_patches(surface: Surface, plain: Patches | None = None) -> Patches:
 
 
 def _between_folds(surface: Surface, crack: np.ndarray, patch: np.ndarray) -> np.ndarray:
-    """Return each crack facet's piece (k,), by first ones: what hangs together in a patch without folds."""
+    """Return the number (k,) of each crack facet's part: connected within a patch without crossing folds.
+
+    crack (k,): rows of the crack facets; patch (k,): their patches. Parts are numbered by first facets.
+    """
     facets = surface.facets[crack].astype(np.int64)
     edges, of_corner, count = unique_edges(facets)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
@@ -57,7 +61,7 @@ def _between_folds(surface: Surface, crack: np.ndarray, patch: np.ndarray) -> np
 
 
 def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarray:
-    """Return unit vectors (k, 3) in facets, square to their edges (k, 2), towards their apexes (k,)."""
+    """Return unit vectors (k, 3) in facets, perpendicular to edges (k, 2), towards the apexes (k,)."""
     start = points[edges[:, 0]]
     along, way = points[edges[:, 1]] - start, points[apex] - start
     square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
@@ -66,7 +70,10 @@ def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarr
 
 
 def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
-    """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines."""
+    """Return the sizing with shorter lengths in strips between folds and other lines of the crack.
+
+    The length is PER_WIDTH times the strip's width, at least l_min.
+    """
     plain = patches(surface)
     parted = folded_patches(surface, plain)
     if len(parted.first_facet) == len(plain.first_facet):
@@ -92,7 +99,10 @@ def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
 
 
 def _widths(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return apexes over their edges (k, 2), and feet, as places (n, 3), and the heights (n,) of both."""
+    """Return apexes (k,) that project onto their edges (k, 2), with these projections, as points (n, 3).
+
+    The second result is the distance (n,) between apex and projection, for both.
+    """
     start, way = points[edges[:, 0]], np.diff(points[edges], axis=1)[:, 0]
     share = np.einsum("ij,ij->i", points[apex] - start, way) / np.einsum("ij,ij->i", way, way)
     feet = start + share[:, None] * way

@@ -37,22 +37,22 @@ from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, score_of_angle
 from craftmesh.surface.volumes import checked_targets, restore_volumes
 from craftmesh.types import Crack, Surface
 
-# What the restoring of volumes may move a vertex, as a part of the distance tolerance.
+# Largest move of a vertex when volumes are restored, as a fraction of the distance tolerance.
 RESTORING_SHARE = 0.5
-# Degrees: no facet comes under this, nor over 119 degrees, which scores as little, unless one it replaces
-# was worse. With 15 degrees, and 135, three in four of the tetrahedra of an aspect ratio over 5 stood at
-# facets under 25 or over 120 degrees where grains are small against the lengths; 20 leaves a third of them,
-# for a tenth more facets there.
+# Degrees: smallest angle of new facets (119 degrees has the same score), unless a replaced facet was worse.
+# With 15 and 135 degrees, three in four of the tetrahedra of an aspect ratio over 5 were at facets under 25
+# or over 120 degrees where grains are small relative to the lengths; 20 leaves a third of them, for a tenth
+# more facets there.
 SOUND_ANGLE = 20.0
-# Of the tolerances of the crack and its front, one after another while its area is off. Rounded off at a
-# crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
-# 0.1 with a quarter, 0.8 with an eighth. Facets get poorer, so the first that does is taken.
+# Fractions of the crack's and front's tolerances, tried in turn while the crack's area is wrong. Rounded at
+# a crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
+# 0.1 with a quarter, 0.8 with an eighth. Facets get poorer, so the first sufficient fraction is used.
 CRACK_SHARES = 1 / 2 ** np.arange(4)
 
 
 @dataclass(frozen=True)
 class GradateOptions(Options):
-    """How far the gradation may go from the input surface, and what is done before and after it."""
+    """Options of the stage `gradate`: tolerances to the input surface, rounds, and optional steps."""
 
     normal_tolerance: float = option(
         40.0, "largest turn of a facet's normal from the input's", "degrees", above=0, below=90
@@ -90,18 +90,18 @@ def gradate(
     volumes: Mapping[int, float] | None = None,
     crack: Crack | None = None,
 ) -> tuple[Surface, dict]:
-    """Return `surface` with edges as long as `sizing` asks, and a report.
+    """Return `surface` with edges of the lengths in `sizing`, and a report.
 
-    volumes: target volumes of grains k and voids -k for options.restore_volumes instead of those that
-    `surface` has. crack: the given one, which vertices of the crack and its front are put on and facets
-    of the crack kept to; without it these are the crack and the front of `surface`.
+    volumes: target volumes of grains k and voids -k for options.restore_volumes instead of the volumes in
+    `surface`. crack: the given crack, onto which vertices of the crack and its front are projected and to
+    which crack facets stay close; without it, crack and front of `surface` have this role.
 
-    Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
-    and keeps its topology, and no step makes facets intersect. The report counts operations and
-    refusals and holds size adherence, angles, drift of volumes, and the facets and wedges left under 12
+    Junction lines, box planes, crack and front keep their topology and place, every grain stays closed
+    and keeps its topology, and no step makes facets intersect. The report has counts of operations and
+    refusals, size adherence, angles, drift of volumes, and numbers of facets and wedges under 12
     degrees.
-    Raises CraftmeshError on a surface without facets, on grains that are open or inside out, and on
-    volumes that are no volumes of its grains.
+    Raises CraftmeshError for a surface without facets, for grains that are open or inside out, and for
+    volumes of labels that the surface does not have.
     """
     options = options or GradateOptions()
     if not len(surface.facets):
@@ -131,7 +131,7 @@ def gradate(
 
 
 def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[str, int]]:
-    """Return the surface, preprocessed and in spatial order as it came, and how many nodes were changed."""
+    """Return the preprocessed surface in spatial order, and the numbers of changed nodes by step."""
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
@@ -149,7 +149,7 @@ def _gradated(
     options: GradateOptions,
     progress: Callable[[float, str], None],
 ) -> Gradation:
-    """Return the gradation after its rounds and its cleaning, without the volumes brought back."""
+    """Return the gradation after its rounds and its cleaning; volumes are not restored yet."""
     while options.passes and halve_longest(gradation, limits):
         swap_changed(gradation, limits)
         gradation.set_sizes(sizing)
@@ -173,7 +173,7 @@ def _gradated(
 def _restored(
     result: Surface, targets: Mapping[int, float], sizing: Sizing, options: GradateOptions
 ) -> Surface:
-    """Return `result` with the target volumes of grains and voids, where these are > 0 and present."""
+    """Return `result` with restored volumes; `targets` <= 0 or of absent labels are ignored."""
     present = set(np.unique(result.sides).tolist())
     targets = {k: v for k, v in targets.items() if v > 0 and k in present}
     if not targets:
@@ -190,7 +190,7 @@ def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share:
         split=float(options.split_ratio),
         longest=float(options.split_ratio),
         floor=score_of_angle(SOUND_ANGLE),
-        # with SOUND_ANGLE one front edge in ten is over a tenth off l_min; the cleaning raises what is left
+        # with SOUND_ANGLE one front edge in ten is over a tenth off l_min; the cleaning raises such angles
         even_floor=score_of_angle(LEAST_ANGLE),
         gain=0.0,
         cosine=float(np.cos(np.radians(options.normal_tolerance))),

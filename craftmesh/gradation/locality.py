@@ -1,4 +1,4 @@
-"""Order in memory and of work: what is near in space is near in both, so that caches serve the kernels."""
+"""Spatial sorting of points and facets, and of the order of work, so that kernels use caches well."""
 
 import numpy as np
 
@@ -12,10 +12,10 @@ BLOCK = 2048
 
 
 def spatially_sorted(surface: Surface) -> Surface:
-    """Return `surface` oriented, points along a Morton curve through the box and facets by their points.
+    """Return `surface` oriented, with points sorted along a Morton curve and facets sorted by point ids.
 
-    Points of one cell, a 1024th of the longest extent, go by x, y and z, and facets begin with their least
-    point: the order of the input, in which ties are broken, does not matter.
+    Points in one cell, a 1024th of the longest extent, are sorted by x, y and z, and facets begin with
+    their smallest id, so the result does not depend on the order of the input.
     """
     keys = _morton_keys(surface.points)
     order = np.argsort(keys)
@@ -32,7 +32,7 @@ def spatially_sorted(surface: Surface) -> Surface:
 
 
 def block_order(vertices: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return the rows of vertices (e,) block by block of these, in each by ascending `key` (e,)."""
+    """Return the rows of vertices (e,) sorted by blocks of BLOCK ids, and within a block by `key` (e,)."""
     block = vertices // BLOCK
     order = np.argsort(block, kind="stable")
     ends = np.cumsum(np.bincount(block))

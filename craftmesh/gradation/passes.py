@@ -28,21 +28,21 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE
 from craftmesh.surface.measure import span_of
 from craftmesh.types import Crack, Surface
 
-# Of limits.split: before all rounds, edges over this are split whatever their halves. With 1.3 to 1.6
-# strips 20 targets long end with edges of up to 1.7 targets; with 2 and 3 they stay at 2.5.
+# Factor on limits.split: longer edges are split before all rounds, whatever the shape of their halves. With
+# 1.3 to 1.6 strips 20 targets long end with edges of up to 1.7 targets; with 2 and 3 they stay at 2.5.
 FAR = 1.6
-# Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
+# Width of the grid's cells in mean edges; values from 1.6 to 3.2 make no notable difference.
 CELL = 2.5
 
 
 class Limits(NamedTuple):
-    """The bounds of a pass, as kernels take them; an infinite one switches its guard off."""
+    """The bounds of a pass, for kernels; an infinite bound switches its guard off."""
 
     collapse: float  # edges under this ratio to their target are collapsed
     split: float  # edges over this ratio are split
-    longest: float  # no new edge is over this ratio, unless one there was as long
-    floor: float  # the least angle score of new facets
-    gain: float  # the rise asked of the score where it was under the floor
+    longest: float  # largest ratio of a new edge to its target, unless an old one was as long
+    floor: float  # smallest angle score of new facets
+    gain: float  # required rise of the score if the old score was under the floor
     cosine: float  # of the normal tolerance
     distance: float  # from the input to the surface, over the target length
     crack_distance: float  # the same on the crack, as a length
@@ -51,34 +51,34 @@ class Limits(NamedTuple):
     wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
     front_distance: float = np.inf  # the same on its front, and from the front's edges to it
     crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
-    even_floor: float = np.inf  # the floor where edges of junction lines are evened out, if less
+    even_floor: float = np.inf  # the floor for equal spacing along junction lines, if less
 
 
 @dataclass
 class Gradation:
-    """The state and its grid, with the counts of what was done; passes replace both as they grow."""
+    """The state and its grid, with counts of operations; passes replace both as they grow."""
 
     state: State
     grid: FacetGrid
     done: dict[str, int]
-    # (v, 3): where the vertices were when their sizes were set last
+    # (v, 3): positions of the vertices at the last call of `set_sizes`
     sized: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    # of the last pass of swaps; mesh.changed has the facets that have changed since
+    # limits of the last pass of swaps; mesh.changed marks facets that have changed since
     swapped: Limits | None = None
-    # to the state and the grid, for kernels; None before they are asked for
+    # references to the state and the grid, for kernels; None before the first use
     references: tuple[Any, Any] | None = None
 
     @property
     def mesh(self) -> Mesh:
-        """The surface as it stands."""
+        """The current surface."""
         return self.state.mesh
 
     def edges(
         self, least: float = -np.inf, most: float = np.inf
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return edges (e, 2) between these lengths, whether each is a feature, and its length.
+        """Return edges (e, 2), a mask (e,) of features, and ratios (e,) of length to target.
 
-        Lengths are over the target's.
+        least, most: range of the ratio.
         """
         return list_edges(self.reference()[0], least, most)
 
@@ -94,7 +94,7 @@ class Gradation:
         return m.facets[poor_facets(m.points, m.facets, m.alive, m.used[1], score)]
 
     def set_sizes(self, sizing: Sizing) -> None:
-        """Set the target lengths of the living vertices that have moved, from the sizing of all calls."""
+        """Set target lengths of living vertices that are new or moved; sizing: the same at all calls."""
         living, points = self.living_vertices(), self.mesh.points
         known = living < len(self.sized)
         stays = known.copy()
@@ -110,9 +110,10 @@ class Gradation:
     def repeat(
         self, name: str, operation: int, limits: Limits, items: np.ndarray, goal: float = 0.0
     ) -> int:
-        """Try an operation at all `items`, edges (n, 2) or vertices (n,); return how often it was done.
+        """Try an operation at all `items`, edges (n, 2) or vertices (n,); return the number of successes.
 
-        goal: as `one_pass` takes it, which is called again with more room whenever it stops short.
+        name: key of the count; goal: as for `one_pass`, which is called again with more room if it stops
+        early.
         """
         rows = items if items.ndim == 2 else items[:, None]
         start, total = 0, 0
@@ -126,7 +127,7 @@ class Gradation:
         return total
 
     def make_room(self) -> None:
-        """Drop the facets that are gone, refresh the grid and lengthen whatever is nearly full."""
+        """Remove dead facets, rebuild the grid and lengthen arrays that are nearly full."""
         arrays = self.state.mesh._asdict() | self.state.guards._asdict()
         scratch = self.state.scratch
         self.references = None
@@ -139,13 +140,13 @@ class Gradation:
 
 
 def begun(surface: Surface, sizing: Sizing, crack: Crack | None, done: Mapping[str, int]) -> Gradation:
-    """Return the gradation of a surface before its passes, which alone holds its arrays."""
+    """Return the gradation of a surface before its passes, as the only owner of its arrays."""
     state = make_state(surface, sizing.at(surface.points), crack)
     return Gradation(state, filled_grid(state.mesh), dict(done), sized=surface.points)
 
 
 def filled_grid(mesh: Mesh) -> FacetGrid:
-    """Return a grid of the living facets with room for changes; cells of some mean edges."""
+    """Return a grid of the living facets with room for changes, and cells of CELL mean edges."""
     m = int(mesh.used[1])
     living = int(np.count_nonzero(mesh.alive[:m]))
     if not living:
@@ -163,7 +164,7 @@ def filled_grid(mesh: Mesh) -> FacetGrid:
 
 
 def collapse_short(gradation: Gradation, limits: Limits) -> int:
-    """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
+    """Collapse edges under limits.collapse times their target, first on junction lines, shortest first."""
     edges, feature, ratio = gradation.edges(most=limits.collapse)
     short = [
         edges[rows[block_order(edges[rows, 0], ratio[rows])]]
@@ -175,34 +176,35 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
 
 
 def split_long(gradation: Gradation, limits: Limits) -> int:
-    """Split the edges over limits.split of their target now, longest first by blocks; return how many."""
+    """Split edges over limits.split times their target, longest first by blocks; return their number."""
     edges, _, ratio = gradation.edges(least=limits.split)
     long = edges[block_order(edges[:, 0], -ratio)]
     return split_all(gradation, "split_edges", limits, long, 1.0)
 
 
 def halve_longest(gradation: Gradation, limits: Limits) -> int:
-    """Split edges over FAR times limits.split, whatever their halves; return how many.
+    """Split edges over FAR times limits.split, whatever the shape of the halves; return their number.
 
-    Strips, as of a drawn cylinder, have no sound halves; swaps and later splits better these.
+    Long strips, for example on a drawn cylinder, have only poor halves; swaps and later splits improve
+    them.
     """
     return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0))
 
 
 def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, share: float) -> int:
-    """Split those of `edges` (e, 2), in order, that are over limits.split where their halves are sound.
+    """Split those of `edges` (e, 2), in order, that are over limits.split and have acceptable halves.
 
-    A half may score `share` of its parent. It lies in the parent, or goes onto the input's crack or front,
-    so volumes, distances and lengths are not asked for.
+    A half must have at least `share` times its parent's score. Halves lie in the parent or on the input's
+    crack or front, so volumes, distances and lengths are not checked. Return the number of splits.
     """
     limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
     return gradation.repeat(name, SPLIT, limits, edges, share)
 
 
 def swap_all(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges inside patches, however long the new ones are, until hardly any gains.
+    """Swap edges inside patches where that raises angles, whatever the new length; return their number.
 
-    After a pass of the same limits, only edges of facets that have changed since are looked at.
+    After a pass with the same limits, only edges of facets that have changed since are tried.
     """
     limits = limits._replace(longest=np.inf)
     asked = limits._replace(collapse=0.0, split=0.0, floor=0.0, gain=0.0, merge_points=False)
@@ -214,7 +216,7 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
 
 
 def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
-    """Return the edges (e, 2) inside patches that a pass of swaps has not seen as they are now."""
+    """Return edges (e, 2) inside patches that have changed since a pass of swaps with these limits."""
     if gradation.swapped != limits:
         edges, feature, _ = gradation.edges()
         return edges[~feature]
@@ -230,24 +232,24 @@ def changed_edges(mesh: Mesh) -> np.ndarray:
 
 
 def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return which rows (n, 3) are those of the other array."""
+    """Return a mask (n,) of rows (n, 3) that are equal in both arrays."""
     return (rows[:, 0] == others[:, 0]) & (rows[:, 1] == others[:, 1]) & (rows[:, 2] == others[:, 2])
 
 
 def swap_changed(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges of facets that have changed so far, and what gains round them."""
+    """Swap edges of facets that have changed so far, and edges around each swap; return their number."""
     limits = limits._replace(longest=np.inf)
     return gradation.repeat("swapped_edges", SWAP, limits, changed_edges(gradation.mesh))
 
 
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:
-    """Slide vertices of facets that score under `goal`."""
+    """Move vertices of facets with a score under `goal`; return the number of moves."""
     order = np.unique(gradation.poor_facets(goal))
     return gradation.repeat("slid_vertices", SLIDE, limits, order, goal)
 
 
 def even_lines(gradation: Gradation, limits: Limits) -> int:
-    """Even out the edges along junction lines and crack fronts."""
+    """Move vertices for equal spacing along junction lines and crack fronts; return the number of moves."""
     order = gradation.living_vertices()
     order = order[gradation.mesh.rank[order] == 1]
     limits = limits._replace(floor=min(limits.floor, limits.even_floor))
@@ -255,6 +257,6 @@ def even_lines(gradation: Gradation, limits: Limits) -> int:
 
 
 def relax_all(gradation: Gradation, limits: Limits) -> int:
-    """Move vertices inside patches to where their facets are more even."""
+    """Move vertices inside patches towards equal spacing; return the number of moves."""
     order = gradation.living_vertices()
     return gradation.repeat("relaxed_vertices", RELAX, limits, order)

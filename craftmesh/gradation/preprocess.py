@@ -15,16 +15,16 @@ from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Surface
 
-# Cosine of the turn under which crack facets lie in one plane. Where they do not, a lid over a node is off
-# the crack by the node's height, of which the guards, which start from the lid, know nothing.
+# Cosine of the largest angle between crack facets in one plane. On a curved crack a lid over a node would
+# be off the crack by the node's height, and the guards, which start from the lid, would not see it.
 IN_PLANE = 1.0 - ROUNDING
 
 
 def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -> tuple[Surface, int]:
-    """Replace each vertex of three neighbours and three facets by one facet; return how many went.
+    """Return the surface with each vertex of three facets replaced by one facet, and the number replaced.
 
-    All three facets must be of one patch and turn by at most `normal_tolerance` degrees, on the crack
-    by none; the new facet must not exist already, nor sharpen a sharp wedge.
+    The three facets must be of one patch, and the normals may turn by at most `normal_tolerance` degrees
+    (on the crack by none). The new facet must not exist already and must not sharpen a sharp wedge.
     """
     candidates = np.flatnonzero(np.bincount(surface.facets.ravel(), minlength=len(surface.points)) == 3)
     if not len(candidates):
@@ -46,11 +46,10 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
 def _with_lids(
     points: np.ndarray, facets: np.ndarray, patch: np.ndarray, candidates: np.ndarray, cosine: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
-    """Return the facets with lids over those of the candidate vertices that may go, and which are left.
+    """Return facets (m, 3) with lids over removable candidates, a mask (m,) of remaining facets, and rows.
 
-    The candidates (c,) have three facets each.
-    cosine (m,): of the turn that each facet may make. The third: for each vertex that goes, the rows (3,)
-    of its facets, the lid's the first.
+    The candidates (c,) have three facets each. cosine (m,): of the largest turn of each facet. The rows are
+    for each removed vertex the rows (3,) of its facets; the lid is in the first of them.
     """
     at = _facets_at(facets, candidates, len(points))
     present = {tuple(f) for f in np.sort(facets[_facets_at(facets, facets[at], len(points))], axis=1)}
@@ -69,7 +68,7 @@ def _with_lids(
 
 
 def _facets_at(facets: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
-    """Return the rows of the facets (m, 3) that have one of the vertices among the `count` there are."""
+    """Return the rows of facets (m, 3) with a corner in `vertices`; count: number of all vertices."""
     chosen = np.zeros(count, bool)
     chosen[vertices] = True
     a, b, c = facets.T
@@ -83,7 +82,10 @@ def _sharpened(
     alive: np.ndarray,
     rows: dict[int, np.ndarray],
 ) -> np.ndarray:
-    """Return the vertices whose lids sharpen a sharp wedge; `rows` as `_with_lids` gives them."""
+    """Return ids of vertices whose lids sharpen a sharp wedge.
+
+    before, facets (m, 3): without and with lids; alive, rows: from `_with_lids`.
+    """
     if not rows:
         return np.zeros(0, np.int64)
     old, new = _sharpest(points, before, np.ones(len(before), bool)), _sharpest(points, facets, alive)
@@ -92,7 +94,7 @@ def _sharpened(
 
 
 def _sharpest(points: np.ndarray, facets: np.ndarray, alive: np.ndarray) -> np.ndarray:
-    """Return for each facet (m,) that is alive the largest cosine between it and others on its edges."""
+    """Return the cosine (m,) of the sharpest wedge at each living facet's edges, -1 for other facets."""
     cosines = np.full(len(facets), -1.0)
     living = facets[alive]
     cosines[alive] = sharpest_cosines(points, living, *corner_lists(living, len(points)))
@@ -109,7 +111,7 @@ def _lid(
     present: set[tuple],
     cosine: np.ndarray,
 ) -> np.ndarray | None:
-    """Return the facet that can stand for the facets `three` around `v`, or None."""
+    """Return the facet (3,) that can replace the facets `three` around `v`, or None."""
     if not alive[three].all() or len(set(patch[three])) > 1 or (facets[three] == v).sum() != 3:
         return None
     turned = [np.roll(facets[f], -int(np.flatnonzero(facets[f] == v)[0])) for f in three]
@@ -132,10 +134,10 @@ def _lid(
 
 
 def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
-    """Smooth junction lines by Eq. 1, `iterations` times; return how many nodes moved for good.
+    """Return the surface with junction lines smoothed by Eq. 1, `iterations` times, and the nodes moved.
 
-    Nodes inside the material lines, on the box's faces along these, none on the crack or at junction
-    points, and no facet out of its `MoveBounds`.
+    Nodes on box faces move within the faces. Nodes on the crack and junction points stay. Moves that break
+    `MoveBounds` are undone and not counted.
     """
     if not iterations:
         return surface, 0
@@ -148,7 +150,7 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
 
 
 def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the free junction-line vertices and their two neighbours on the line."""
+    """Return ids (k,) of movable junction-line vertices and of their two neighbours on the line."""
     classes = Classification(surface)
     lines, planes = classes.features.lines, classes.planes
     both = np.concatenate([lines, lines[:, ::-1]])

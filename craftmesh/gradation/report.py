@@ -1,4 +1,4 @@
-"""What a gradation did and how well the result keeps sizes, angles and volumes."""
+"""The report of a gradation: operations, size adherence, angles and volume drift."""
 
 from typing import NamedTuple
 
@@ -14,9 +14,9 @@ from craftmesh.surface.patches import feature_edges
 from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import Surface
 
-# Degrees under which a facet makes an aspect ratio over 5 of any tetrahedron on it.
+# Degrees: every tetrahedron on a facet with a smaller angle has an aspect ratio over 5.
 POOR_ANGLE = 12.0
-# Edges count as far from the front where their target is over this part of l_max.
+# Ratio of an edge's target to l_max above which it counts as far from the front.
 FAR = 0.95
 
 
@@ -29,12 +29,12 @@ class Before(NamedTuple):
 
 
 def figures_before(surface: Surface, volumes: dict[int, float]) -> Before:
-    """Return what the report says of the input, whose grains and voids have these volumes."""
+    """Return the input's figures for the report; volumes: of its grains and voids by label."""
     return Before(len(surface.facets), len(sharp_wedges(surface).angle), volumes)
 
 
 def gradation_report(gradation: Gradation, before: Before, result: Surface, sizing: Sizing) -> dict:
-    """Return counts, refusals, size adherence, angles, wedges and drift as JSON-able numbers."""
+    """Return counts, refusals, size adherence, angles, wedges and drift as numbers for JSON."""
     angles, refused = facet_angles(result.points, result.facets), gradation.state.scratch.refused
     return {
         "facets": [before.facets, len(result.facets)],
@@ -51,7 +51,7 @@ def gradation_report(gradation: Gradation, before: Before, result: Surface, sizi
 
 
 def size_adherence(surface: Surface, sizing: Sizing) -> dict:
-    """Return 5, 50 and 95% of length over target for regular edges far off, junctions and fronts."""
+    """Return the 5, 50 and 95 % quantiles of the ratio of length to target, by group of edges."""
     edges, _, _, feature = feature_edges(surface)
     lone = front_edges(surface)
     width = len(surface.points) + 1
@@ -71,7 +71,7 @@ def size_adherence(surface: Surface, sizing: Sizing) -> dict:
 
 
 def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:
-    """Return the mean and the largest relative change of volume over the grains, and where it is."""
+    """Return the mean and largest relative volume change of grains, and the grain of the largest."""
     after = side_volumes(result.points, result.facets, result.sides)
     drift = {grain: abs(part) for grain, part in volume_drift(before, after).items()}
     if not drift:

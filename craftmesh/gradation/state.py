@@ -1,6 +1,6 @@
-"""The working arrays of a gradation in three parts: the mesh, what guards it, and room to work in.
+"""The working arrays of a gradation in three parts: the mesh, the arrays of guards, and work arrays.
 
-Kernels take all parts behind one reference (craftmesh.by_reference) and read their fields alike:
+Kernels get all parts as one reference (craftmesh.by_reference) and read their fields in the same way:
 `state.points`, `state.home`, `state.star`.
 """
 
@@ -19,28 +19,28 @@ from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.patches import oriented
 from craftmesh.types import CRACK, Crack, Surface
 
-# Facets that one operation may change, and that may lie on one edge (each has two halves in a split): far
-# more than meet at any vertex of a sound surface. An operation on more is refused.
+# Most facets that one operation may change, and most facets on one edge (a split halves each). This is far
+# more than meet at a vertex of a valid surface; an operation on more is refused.
 MOST_IN_STAR = 2048
 MOST_ON_EDGE = MOST_IN_STAR // 2
-# Witnesses that one star may set loose; an operation on more is refused (`distance`).
+# Most witnesses that one star may detach; an operation on more is refused (`distance`).
 MOST_LOOSE = 65536
-# Grains and voids at one star; the volumes of more are not watched.
+# Most grains and voids at one star; volumes of further ones are not checked.
 MOST_GRAINS_NEAR = 128
 
 
 class Mesh(NamedTuple):
-    """The surface as it changes, for v vertices and f facets; the rows beyond `used` are room.
+    """The changing surface with v vertices and f facets; rows beyond `used` are free.
 
-    The first row of `points` and `size` beyond `used` is spare: kernels try places in it.
+    Kernels use the first row of `points` and `size` beyond `used` for trial positions.
     """
 
     points: np.ndarray  # (v, 3)
     facets: np.ndarray  # (f, 3)
     alive: np.ndarray  # (f,) bool
-    changed: np.ndarray  # (f,) bool, whether a corner is another or elsewhere since the last pass of swaps
+    changed: np.ndarray  # (f,) bool, whether corners changed or moved since the last pass of swaps
     patch: np.ndarray  # (f,)
-    first: np.ndarray  # (v,) the first corner at each vertex, -1 where the vertex is gone (corner_lists)
+    first: np.ndarray  # (v,) the first corner at each vertex, -1 for a removed vertex (corner_lists)
     after: np.ndarray  # (3 f,) the next corner at the same vertex, -1 at the end
     rank: np.ndarray  # (v,)
     flags: np.ndarray  # (v,) bits (kernels.codes)
@@ -55,7 +55,7 @@ class Mesh(NamedTuple):
 
 
 class Guards(NamedTuple):
-    """What the surface is held to: normals, first places and volumes of the input, its crack and front."""
+    """References for guards: normals, initial positions and volumes of the input, its crack and front."""
 
     reference: np.ndarray  # (f, 3) mean normals of the patch around the input's facets
     home: np.ndarray  # (v, 3)
@@ -80,33 +80,33 @@ class Guards(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one operation: its star, the witnesses set loose, the grains near it; and the counts."""
+    """Work arrays for one operation: its star, loose witnesses, grains near it; and counts of refusals."""
 
     star: np.ndarray  # (k,) facets
-    star_corners: np.ndarray  # (k, 3) the corners they would get
+    star_corners: np.ndarray  # (k, 3) their new corners
     star_ends: np.ndarray  # (k, 2) the corners after the tip
     star_normal: np.ndarray  # (k, 3) unit normals
-    star_feature: np.ndarray  # (k, 3) bool, which of their edges are features
-    dying: np.ndarray  # (d,) facets that would go
+    star_feature: np.ndarray  # (k, 3) bool, mask of their feature edges
+    dying: np.ndarray  # (d,) facets to be removed
     loose: np.ndarray  # (w,) witnesses
     loose_facet: np.ndarray  # (w,) the facet of each, old or found
     near_slot: np.ndarray  # (g,) slots of grains and voids
     near_area: np.ndarray  # (g, 3) areas of their cones
     near_volume: np.ndarray  # (g,) volumes of their cones
-    pending: np.ndarray  # (2,) numbers of grains near and of loose witnesses that a commit takes up
+    pending: np.ndarray  # (2,) numbers of grains near and of loose witnesses, for `commit`
     refused: np.ndarray  # (r,) counts by reason
 
 
 class State(NamedTuple):
-    """The three parts."""
+    """The three parts of the working arrays."""
 
     mesh: Mesh
     guards: Guards
     scratch: Scratch
 
 
-# Arrays with a row per vertex and per facet, with what fills the rows that are not used yet; `after` has
-# three rows a facet.
+# Arrays with a row per vertex and per facet, with the fill value of unused rows; `after` has three rows per
+# facet.
 PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
 PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0}
 PER_VERTEX |= {"witness_front": 0, "is_witness": 0}
@@ -117,7 +117,8 @@ PER_FACET |= {"facet_stamp": 0}
 def make_state(surface: Surface, size: np.ndarray, crack: Crack | None = None) -> State:
     """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points.
 
-    crack: the given one, on which and along whose fronts vertices of the crack move; None: on the input's.
+    crack: the given crack, on which and along whose fronts crack vertices move; None uses the input's
+    crack.
     """
     mesh = _mesh(surface, size)
     guards = _guards(surface, mesh, crack)
@@ -209,18 +210,18 @@ def surface_of(state: State, surface: Surface) -> Surface:
     return Surface(points, facets, sides[source], surface.kind[source])
 
 
-# The room for more: at least so many vertices and facets, and this part of the living facets.
+# Free rows for vertices and for facets: at least this number, and this fraction of the living facets.
 LEAST_VERTICES, VERTEX_SHARE = 1000, 1 / 16
 LEAST_FACETS, FACET_SHARE = 4000, 1 / 8
-# Corners renumbered at a time, so that no second copy of them all is needed.
+# Number of corners renumbered at a time, to avoid a second copy of all corners.
 BATCH = 1 << 16
 
 
 def make_room(arrays: dict[str, np.ndarray]) -> None:
-    """Drop the facets that are gone from the `arrays` of Mesh and Guards, by field name, and add room.
+    """Remove dead facets from the `arrays` of Mesh and Guards, by field name, and add free rows.
 
-    Living facets, corner lists and witnesses keep their order. Each array is copied once at most and let go
-    before the next one is, so that the memory of no second state is needed while `arrays` is its only hold.
+    Living facets, corner lists and witnesses keep their order. Each array is copied at most once and
+    released before the next copy. If `arrays` is the only owner, no memory for a second state is needed.
     """
     vertices, facets = (int(used) for used in arrays["used"])
     living = np.flatnonzero(arrays["alive"][:facets])
@@ -247,16 +248,16 @@ def _lengthened(array: np.ndarray, length: int, fill: int) -> np.ndarray:
 
 
 def _picked(array: np.ndarray, rows: np.ndarray, length: int, fill: int) -> np.ndarray:
-    """Return the `rows` of `array`, and rows of `fill` up to `length`."""
+    """Return the `rows` of `array`, followed by rows of `fill` up to `length` rows."""
     picked = np.empty((length, *array.shape[1:]), array.dtype)
-    # Without a mode that cannot fail, numpy would collect the rows in a copy first.
+    # With the default mode, which may raise, numpy would first collect the rows in a copy.
     np.take(array, rows, axis=0, out=picked[: len(rows)], mode="clip")
     picked[len(rows) :] = fill
     return picked
 
 
 def _renumber(corners: np.ndarray, row: np.ndarray) -> None:
-    """Set the corners, -1 where there is none, to those of the facets' new rows."""
+    """Renumber corners, in place, for the new rows of facets; -1 stays. row: the new row of each facet."""
     for start in range(0, len(corners), BATCH):
         part = corners[start : start + BATCH]
         part[:] = np.where(part < 0, -1, 3 * row[part // 3] + part % 3)

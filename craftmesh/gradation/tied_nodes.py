@@ -1,4 +1,4 @@
-"""Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which sheets meet in a single point."""
+"""Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which sheets touch in a point."""
 
 import numpy as np
 import scipy
@@ -11,12 +11,12 @@ from craftmesh.types import CRACK, Surface
 
 
 def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
-    """Give each fan of a tied node a copy of its own; return how many nodes were released and refused.
+    """Return the surface with a copy of each tied node per fan, and the numbers released and refused.
 
-    A fan: facets at the node that are connected over shared edges. Each copy goes to the centroid of
-    the polygon of its fan's outer vertices, within the box plane that the fan lies on. Nodes on
-    junction lines or on the crack stay as they are; so do those, counted as refused, whose release
-    would make facets intersect or pass over another vertex. Facets keep their order.
+    A fan is a set of facets at the node that are connected over shared edges. Each copy moves to the
+    centroid of its fan's outer vertices, within the fan's box plane if it has one. Nodes on junction lines
+    or on the crack stay. A node is refused if its release would make facets intersect or pass over another
+    vertex. Facets keep their order.
     """
     facets = surface.facets.astype(np.int64)
     corners, copies, node = _fans(surface, facets)
@@ -47,14 +47,14 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
 
 
 def _parted(surface: Surface, points: np.ndarray, corners: np.ndarray, ids: np.ndarray) -> Surface:
-    """Return the surface on other points, its corners (k,) at the points `ids` (k,)."""
+    """Return the surface with other points, and with its corners (k,) set to the points `ids` (k,)."""
     facets = surface.facets.astype(np.int64).ravel()
     facets[corners] = ids
     return Surface(points, facets.reshape(-1, 3), surface.sides, surface.kind)
 
 
 def _fans(surface: Surface, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the corners of tied nodes, the fan of each, and the node of each fan.
+    """Return the corners (k,) of tied nodes, the fan (k,) of each, and the node (n,) of each fan.
 
     Corner c is facets[c // 3, c % 3]; fans are numbered in the order of their nodes.
     """
@@ -75,7 +75,7 @@ def _fans(surface: Surface, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 
 
 def _connected(features: FeatureEdges, corner: np.ndarray, vertex: np.ndarray) -> np.ndarray:
-    """Return per corner the number of its fan: corners at one vertex joined over the edges there."""
+    """Return the fan number of each corner (k,): corners at one vertex that share edges are one fan."""
     edges, edge_of = features.edges, features.of_corner
     row, column = corner // 3, corner % 3
     joints = []
@@ -89,7 +89,10 @@ def _connected(features: FeatureEdges, corner: np.ndarray, vertex: np.ndarray) -
 def _centroids(
     surface: Surface, facets: np.ndarray, corners: np.ndarray, copies: np.ndarray, count: int
 ) -> np.ndarray:
-    """Return the centroid (count, 3) of each fan's polygon; fans on a box plane stay on it exactly."""
+    """Return the centroid (count, 3) of each fan's outer vertices, exactly on the box plane of the fan.
+
+    corners, copies (k,): corners of tied nodes and their fans.
+    """
     row, column = corners // 3, corners % 3
     following = surface.points[facets[row, (column + 1) % 3]]
     preceding = surface.points[facets[row, (column + 2) % 3]]
@@ -107,7 +110,7 @@ def _centroids(
 def _passes_points(
     points: np.ndarray, facets: np.ndarray, corners: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
-    """Return (k,) bool: corners whose facet passes over a vertex when the corner moves to `target`."""
+    """Return a mask (k,) of corners whose facet passes over a vertex if the corner moves to `target`."""
 
     row, column = corners // 3, corners % 3
     start, a, b = (points[facets[row, (column + i) % 3]] for i in range(3))
@@ -128,5 +131,5 @@ def _passes_points(
 
 
 def _spanned(o: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return six times the signed volumes (k,) of tetrahedra o, a, b, c."""
+    """Return six times the signed volumes (k,) of the tetrahedra o, a, b, c, each (k, 3)."""
     return np.einsum("ij,ij->i", np.cross(a - o, b - o), c - o)

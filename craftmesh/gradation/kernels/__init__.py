@@ -1,1 +1,1 @@
-"""Numba kernels of the gradation: one operation, one file."""
+"""Numba kernels of the gradation, with one file per operation."""

@@ -1,11 +1,11 @@
-"""What operations answer, and the bits of a vertex's flags."""
+"""Result codes of operations, and the bits of a vertex's flags."""
 
 from craftmesh.jit import lean_kernel
 
-# An operation was done; it was not needed, or what it was meant for is gone: neither is a refusal.
+# Results that are no refusals: the operation was done; it was not needed or its edge or vertex is gone.
 DONE = -1
 NO_NEED = -2
-# Reasons of refusal, and how the report names them.
+# Reasons of refusal, and their names in the report.
 JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, GRAIN_CONTACT = range(5)
 ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION, WEDGE = range(5, 13)
 REFUSALS = {
@@ -31,13 +31,13 @@ ON_FRONT = 128
 
 @lean_kernel
 def is_held(flags, axis):
-    """Tell whether a box plane across `axis` holds the vertex's coordinate."""
+    """Return whether a box plane perpendicular to `axis` holds the vertex's coordinate."""
     return (flags >> (2 * axis)) & 3 != 0
 
 
 @lean_kernel
 def counted(refused, answer):
-    """Return 1 for an operation that was done, else 0; count a refusal in `refused` by its reason."""
+    """Return 1 if the result `answer` is DONE, else 0; count a refusal in `refused` by its reason."""
     if answer >= 0:
         refused[answer] += 1
     return 1 if answer == DONE else 0

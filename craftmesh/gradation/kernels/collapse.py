@@ -1,4 +1,4 @@
-"""Edge collapse on multi-material surfaces: which end moves, where to, and what the classes allow."""
+"""Edge collapse on multi-material surfaces: the end that moves, its new position, and the checks."""
 
 import numpy as np
 
@@ -22,18 +22,18 @@ from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
-# How far from the middle of its edge a collapse may put the vertex to keep the volumes, chosen by hand:
-# this part of the edge and this part of the target length. Where the volumes ask for more, the guard of
-# drift decides.
+# Largest distance from the edge's midpoint at which a collapse may put the vertex to keep the volumes,
+# chosen by hand: this fraction of the edge plus this fraction of the target length. If the volumes need
+# more, the guard of drift decides.
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
-# Part of the target length under which edges inside a patch collapse onto an end if they can.
+# Ratio to the target length below which edges inside a patch collapse onto an end if possible.
 SHORT = 0.5
 
 
 @lean_kernel
 def _star_of_merging(state, a, b, halfway):
-    """Return the star of merging `b` into `a`, which stays or goes halfway; moved is -1 when too big."""
+    """Return the star of merging `b` into `a`, which stays or moves halfway; moved is -1 if too big."""
     tip = state.used[0] if halfway else a
     dying = list_edge_facets(state, b, a)
     moved = add_star(state, b, a, tip, np.int64(0))
@@ -50,7 +50,7 @@ def _star_of_merging(state, a, b, halfway):
 
 @lean_kernel
 def _put_halfway(state, star):
-    """Put the star's tip in the middle of the edge, moved so that the grains keep their volumes."""
+    """Put the star's tip at the edge's midpoint, shifted so that the grains keep their volumes."""
     a = star.vertex
     b = star.gone
     place = state.points[star.tip]
@@ -63,7 +63,7 @@ def _put_halfway(state, star):
 
 @lean_kernel
 def collapse(state, grid, limits, a, b, halfway):
-    """Merge `b` into `a`, at a's place or halfway where the volumes are kept; return DONE or why not.
+    """Merge `b` into `a`, at a's position or near the edge's midpoint; return DONE or the reason why not.
 
     The link condition must hold already (link_refusal).
     """
@@ -79,7 +79,7 @@ def collapse(state, grid, limits, a, b, halfway):
 
 @lean_kernel
 def collapse_edge(state, grid, limits, a, b):
-    """Collapse edge (a, b) when its vertex classes and the topology allow it; return DONE or why not."""
+    """Collapse edge (a, b) if vertex classes, topology and guards allow it; return DONE or why not."""
     lines = state.rank[a] > 0 and state.rank[b] > 0
     feature = lines and is_feature(state.facets, state.patch, state.first, state.after, a, b)
     closing = limits.merge_points and lines and not feature and closes_thin_end(state, a, b)
@@ -108,9 +108,9 @@ def collapse_edge(state, grid, limits, a, b):
 
 @lean_kernel
 def _collapse_somehow(state, grid, limits, a, b, ends):
-    """Collapse the edge halfway or onto an end that stays, whichever suits; return DONE or why not.
+    """Collapse the edge to its midpoint or onto an end, the first that is allowed; return DONE or why not.
 
-    Onto an end fewer facets change. Edges inside a patch that are short go that way first.
+    A collapse onto an end changes fewer facets. Short edges inside a patch try this first.
     """
     reason = DONE
     halfway = ends == EITHER and not (state.flags[a] & ON_CRACK)

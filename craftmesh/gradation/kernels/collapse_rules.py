@@ -1,4 +1,4 @@
-"""Which edges may collapse at all: vertex classes, topology of the junctions, ears on the crack front."""
+"""Rules for edges that may collapse: vertex classes, topology of junctions, ears at the crack front."""
 
 from craftmesh.gradation.kernels.codes import (
     CONSTRAINT,
@@ -13,13 +13,13 @@ from craftmesh.gradation.kernels.codes import (
 from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature, third_corner
 from craftmesh.jit import lean_kernel
 
-# Which end of an edge may move: neither, the second onto the first, the first onto the second, both.
+# Ends of an edge that may move: neither, the second onto the first, the first onto the second, either one.
 NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
 
 
 @lean_kernel
 def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
-    """Return which end of an edge may give way, and on NEITHER the reason.
+    """Return the code of the end that may move, and for NEITHER the reason, else DONE.
 
     The end of higher rank stays; between ends of one rank the one with more box planes stays.
     """
@@ -42,9 +42,9 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
 
 @lean_kernel
 def end_on_box_edge(flags_a, flags_b):
-    """Return which end of an edge between a box edge and the crack's mouth beside it may give way.
+    """Return the code of the end that may move, for an edge between a box edge and the nearby crack mouth.
 
-    The mouth's point leaves the crack for the box edge; how far is for the guards to allow.
+    The mouth's vertex then moves from the crack onto the box edge, if the guards allow the distance.
     """
     for flags, other, ends in ((flags_a, flags_b, ONTO_A), (flags_b, flags_a, ONTO_B)):
         mouth = other & ~ON_CRACK
@@ -55,10 +55,10 @@ def end_on_box_edge(flags_a, flags_b):
 
 @lean_kernel
 def closes_thin_end(state, a, b):
-    """Tell whether the edge inside a patch, between two of its border lines, is next to where these meet.
+    """Return whether an edge inside a patch joins two of its border lines close to where these meet.
 
-    Merging such an edge closes the thin end of the patch: one facet between the two lines goes, and its
-    two border edges become one, which no side may then bound with more than two facets.
+    Merging such an edge closes the thin end of the patch: one facet between the two lines is removed and
+    its two border edges become one edge, on which no side may then have more than two facets.
     """
     if state.flags[a] & state.flags[b] & ON_CRACK:
         return False
@@ -74,7 +74,7 @@ def closes_thin_end(state, a, b):
 
 @lean_kernel
 def _lines_may_join(state, a, b, tip):
-    """Tell whether edges (a, tip) and (b, tip) may become one, no side having over two facets on it."""
+    """Return whether edges (a, tip) and (b, tip) may merge, with at most two facets of each side on it."""
     for end, other in ((a, b), (b, a)):
         c = state.first[end]
         while c >= 0:
@@ -97,7 +97,7 @@ def _between_lines(state, a, b, u):
 
 @lean_kernel
 def _facets_of_side(state, a, b, u, side):
-    """Return how many facets on edge (a, u), but not at `b`, bound the side."""
+    """Return the number of facets on edge (a, u), but not at `b`, that bound the side (a slot)."""
     count = 0
     c = state.first[a]
     while c >= 0:
@@ -112,12 +112,12 @@ def _facets_of_side(state, a, b, u, side):
 
 @lean_kernel
 def link_refusal(state, a, b, closing, merge_points):
-    """Return why merging (a, b) would change the topology, or DONE.
+    """Return the reason why merging (a, b) would change the topology, or DONE.
 
-    Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
-    these may be joined to both by feature edges, or two junction lines would fall into one; unless
-    `closing` (closes_thin_end), or where junction points may merge and the facet between the lines is a
-    remnant (_is_remnant).
+    Vertices joined to both ends must be corners of facets on the edge (link condition). None of
+    these may be joined to both ends by feature edges, because two junction lines would merge; this is
+    allowed if `closing` (closes_thin_end), or if junction points may merge and the facet between the lines
+    is a remnant (_is_remnant).
     """
     facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
     mark = state.clock[0] + 1
@@ -157,9 +157,9 @@ def link_refusal(state, a, b, closing, merge_points):
 
 @lean_kernel
 def _is_remnant(state, f, a, b, u):
-    """Tell whether facet f = (a, b, u) may close, for its contact goes on beyond one of the joining lines.
+    """Return whether facet f = (a, b, u) may close because its patch continues beyond one of the two lines.
 
-    So is the part of a contact that a crack leaves behind itself where a triple line grazes it.
+    A crack leaves such a remnant of a grain contact where a triple line grazes the crack.
     """
     if state.rank[a] < 2 or state.rank[b] < 2 or state.rank[u] < 2:
         return False
@@ -184,7 +184,7 @@ def _facets_of_patch(state, a, b, patch):
 
 @lean_kernel
 def _twin_facet(state, a, b, mark):
-    """Tell whether a facet at `a` and one at `b` would become the same facet."""
+    """Return whether a facet at `a` and a facet at `b` would become the same facet."""
     facets, stamp, first, after = state.facets, state.stamp, state.first, state.after
     c = first[a]
     while c >= 0:
@@ -202,7 +202,10 @@ def _twin_facet(state, a, b, mark):
 
 @lean_kernel
 def grains_touch(state, a, b):
-    """Tell whether a side or a patch that the edge does not bound has both ends, so that it would tie."""
+    """Return whether merging `a` and `b` would make a side or patch touch itself in a vertex.
+
+    This is so if the side or patch has facets at both ends but none on the edge (a, b).
+    """
     c = state.first[a]
     while c >= 0:
         patch = state.patch[c // 3]
@@ -219,7 +222,7 @@ def grains_touch(state, a, b):
 
 @lean_kernel
 def _ends_meet(state, a, b, patch, side):
-    """Tell whether `b` has facets of the patch, or of the side, of which none has `a` too."""
+    """Return whether `b` has facets of the patch or of the side, none of them with the corner `a`."""
     found = False
     d = state.first[b]
     while d >= 0:
@@ -235,7 +238,7 @@ def _ends_meet(state, a, b, patch, side):
 
 @lean_kernel
 def is_front_edge(state, a, b):
-    """Tell whether (a, b) is a front edge: one crack facet on it, none of the exterior or a void."""
+    """Return whether (a, b) is a front edge: one crack facet and no facet of the exterior or a void."""
     crack = 0
     c = state.first[a]
     while c >= 0:
@@ -251,9 +254,9 @@ def is_front_edge(state, a, b):
 
 @lean_kernel
 def makes_ear(state, a, b):
-    """Tell whether moving `b` onto the front vertex `a` makes an ear: joins it to another front vertex.
+    """Return whether moving `b` onto the front vertex `a` makes an ear, an edge to another front vertex.
 
-    See craftmesh.surface.front; an edge that is or becomes the front itself is none.
+    See craftmesh.surface.front; an edge that is or becomes a front edge is not an ear.
     """
     if not (state.flags[a] & ON_FRONT):
         return False

@@ -1,4 +1,4 @@
-"""Volumes between a changing star of facets and a point, per grain: placement and drift."""
+"""Volumes of cones between a star of facets and a point, by grain, for vertex positions and drift."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from craftmesh.gradation.kernels.star import old_facet, star_patch
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
-# Part of the trace that is added to the diagonal of the system for a shift: it has a solution where all
-# facets lie in one plane too, and falls short of it there by one percent.
+# Fraction of the trace that is added to the diagonal of the system for a shift. The system then has a
+# solution also for facets in one plane, which is one percent too short there.
 DAMPING = 0.01
 
 
@@ -54,7 +54,7 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
 
 @lean_kernel
 def _cones_of_patch(state, star, place, patch):
-    """Fill the rows of the grains at one patch as `grain_cones` does."""
+    """Fill the rows of the grains as `grain_cones` does, for a star within one patch."""
     x = y = z = volume = 0.0
     for i in range(star.moved + star.dying):
         u, v, w, more = _cone(state.points, state.facets, old_facet(state, star, i), place)
@@ -75,7 +75,10 @@ def _cones_of_patch(state, star, place, patch):
 
 @lean_kernel
 def grain_cones(state, star, place):
-    """Fill the grains' rows with the cones from `place` over the star's old facets; return how many."""
+    """Fill rows of grains with areas and volumes of the cones from `place` over the star's old facets.
+
+    Return the number of rows; there is one for each grain or void at the star.
+    """
     points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
     slots, areas, volumes = state.near_slot, state.near_area, state.near_volume
     count = np.int64(0)
@@ -105,10 +108,10 @@ def _solve(m, right, x):
 
 @kernel
 def volume_shift(state, count, planes, shift):
-    """Set `shift` (3,) to the smallest move of the cones' tip that keeps every grain's volume.
+    """Set `shift` (3,) to the smallest move of the cones' apex that keeps every grain's volume.
 
-    Coordinates fixed by the bits of the box `planes` do not move. Grains along a line of three
-    determine the move across it; inside a patch only the part along the normal is determined.
+    Coordinates fixed by the bits of the box `planes` do not move. On a line of three grains, the volumes
+    determine the move across the line; inside a patch they determine only the part along the normal.
     """
     matrix = np.zeros((3, 3))
     right = np.zeros(3)
@@ -131,7 +134,7 @@ def volume_shift(state, count, planes, shift):
 
 @kernel
 def keep_volumes(state, star, planes, reach):
-    """Move the star's tip by at most `reach` in the box `planes` so that grains keep their volumes."""
+    """Move the star's tip by at most `reach`, within box `planes`, so that grains keep their volumes."""
     place = state.points[star.tip]
     shift = np.empty(3)
     volume_shift(state, grain_cones(state, star, place), planes, shift)
@@ -144,9 +147,9 @@ def keep_volumes(state, star, planes, reach):
 
 @lean_kernel
 def drift_allows(state, count, cap):
-    """Tell whether the volumes gained by the rows' grains keep every drift within `cap` of the volume.
+    """Return whether each grain's drift stays within `cap` of its volume after the change in its row.
 
-    A grain that is beyond the cap already may still come back toward its volume.
+    A grain beyond the cap may still move back toward its volume.
     """
     for n in range(count):
         slot = state.near_slot[n]

@@ -1,8 +1,8 @@
 """The guards of the crack: its facets stay near the given crack, the edges of its front near the front.
 
-Witnesses bound how far the input's vertices are from the surface. These bound the other way, how far facets
-and edges are from the crack between vertices that lie on it, and vertices that become junction points off
-it. What the input has farther off may stay so.
+Witnesses bound the distance from the input's vertices to the surface. These guards bound the opposite
+distance: from facets and edges between vertices on the crack to the crack, and from crack vertices that
+become junction points to the crack. Larger distances in the input may remain.
 """
 
 import numpy as np
@@ -15,18 +15,20 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import segment_distance2
 from craftmesh.surface.rounding import ROUNDING
 
-# Where a facet is measured, by weights of its corners: all multiples of an eighth but the corners. Between
-# quarters of the edges facets of rough cracks are up to a third farther off than there.
+# Barycentric coordinates of the sampled points of a facet: all multiples of an eighth except the corners.
+# Between quarters of the edges, facets of rough cracks are up to a third farther away than there.
 PLACES = np.array([(i, j, 8 - i - j) for i in range(8) for j in range(9 - i) if max(j, 8 - i - j) < 8]) / 8
-# Times the limit: places farther off the crack, as where the insertion has moved it, are not measured.
+# Search distance relative to the limit; points farther from the crack (the insertion may have moved it) are
+# not measured.
 FAR = 8.0
 
 
 @kernel
 def leaves_crack(state, star, limit):
-    """Tell whether a new crack facet is off the crack by more than `limit` and more than all old ones.
+    """Return whether new crack facets are farther from the crack than `limit` and than all old ones.
 
-    So is a vertex of the crack where it goes: a junction point that it becomes may lie off the crack.
+    The result is also True if the tip is (`_tip_leaves`), because a crack vertex may become a junction
+    point off the crack.
     """
     if len(state.crack_triangles) == 0:
         return False
@@ -51,7 +53,7 @@ def leaves_crack(state, star, limit):
 
 @lean_kernel
 def _tip_leaves(state, star, limit, place):
-    """Tell whether the tip is off the crack by more than `limit` and than the crack's vertices before."""
+    """Return whether the tip is farther from the crack than `limit` and than the star's crack vertices."""
     worst = _off2(state, star.tip, limit, place)
     if worst <= limit * limit:
         return False
@@ -72,7 +74,7 @@ def _off2(state, vertex, limit, place):
 
 @lean_kernel
 def _facet_off2(state, corners, limit, place):
-    """Return the largest squared distance of the facet's places from the crack, exact beyond `limit`."""
+    """Return the largest squared distance of sampled facet points from the crack, exact beyond `limit`."""
     worst = 0.0
     for n in range(len(PLACES)):
         for k in range(3):
@@ -85,7 +87,7 @@ def _facet_off2(state, corners, limit, place):
 
 @kernel
 def leaves_front(state, star, limit):
-    """Tell whether the middle of a new front edge is off the front by more than `limit` and old ones."""
+    """Return whether a new front edge's midpoint is farther from the front than `limit` and old ones."""
     moves = star.tip != star.vertex or star.gone >= 0
     flags = state.flags[star.vertex] | (state.flags[star.gone] if star.gone >= 0 else 0)
     if not moves or not flags & ON_FRONT:
@@ -111,7 +113,7 @@ def leaves_front(state, star, limit):
 
 @lean_kernel
 def _middle_off2(state, a, b, place):
-    """Return the squared distance of the middle of edge (a, b) from the front."""
+    """Return the squared distance of the midpoint of edge (a, b) from the front."""
     ends = state.front.reshape(-1, 3)
     for k in range(3):
         place[0, k] = 0.5 * (state.points[a, k] + state.points[b, k])

@@ -8,25 +8,25 @@ from craftmesh.gradation.kernels.sheets import EMPTY, goes_on, join
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
-# origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; what the facets of each
-# cell have in common (sheets.join); facet and next item per item; number of items used (1,); per facet the
+# origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; common code of each cell's
+# facets (sheets.join); facet and next item per item; number of items used (1,); per facet the
 # lowest and highest cell it was last entered in; the candidates of the last query, their bounds in columns
-# (6, c), whether each meets the box of the last look (list_hits), and the facets that do.
+# (6, c), mask of candidates that meet the box of the last `list_hits`, and these facets.
 FacetGrid = namedtuple(
     "FacetGrid", "origin scale dims first common facet after used covered candidate bounds met hits"
 )
-# Items that one operation surely needs less of; where fewer are left, the grid is made anew.
+# More items than any operation needs; if fewer are left, the grid is rebuilt.
 ROOM_PER_STEP = 60000
-# Cells are made larger until they are no more than so many.
+# Most cells; cells are enlarged until there are no more.
 MOST_CELLS = 6_000_000
-# Facets that one query may find; an operation with more near it is refused (`intersection`).
+# Most facets that one query may find; an operation with more nearby is refused (`intersection`).
 MOST_CANDIDATES = 16384
-# The stamp of facets that are no more.
+# Stamp of removed facets.
 GONE = 2**62
 
 
 def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets: int) -> FacetGrid:
-    """Return an empty grid from `low` to `high` (3,): cells of about `cell`, `items` entries of facets."""
+    """Return an empty grid from `low` to `high` (3,), with cells of about `cell` and room for `items`."""
     low, high = low - cell, high + cell
     while np.prod(np.ceil((high - low) / cell)) > MOST_CELLS:
         cell *= 1.25
@@ -50,7 +50,7 @@ def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets
 
 @lean_kernel
 def has_room(grid):
-    """Tell whether one more operation surely fits into the grid's item lists."""
+    """Return whether one more operation surely fits into the grid's item lists."""
     return grid.used[0] + ROOM_PER_STEP < len(grid.facet)
 
 
@@ -61,7 +61,7 @@ def _cell(x, axis, origin, scale, dims):
 
 @lean_kernel
 def insert_facet(grid, points, f, a, b, c, patch):
-    """Enter facet `f` with corners (a, b, c) into the cells that its bounds meet; False when full."""
+    """Enter facet `f` with corners (a, b, c) into the cells that its box meets; return False if full."""
     x, y, z = area_vector(points, a, b, c)
     origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
     first, after, item_facet = grid.first, grid.after, grid.facet
@@ -98,7 +98,7 @@ def insert_facet(grid, points, f, a, b, c, patch):
 
 @lean_kernel
 def fill_grid(grid, points, facets, patch, alive, facet_count):
-    """Empty the grid and enter all living facets; False when the item lists are too short."""
+    """Empty the grid and enter all living facets; return False if the item lists are too short."""
     grid.first[:] = -1
     grid.common[:] = EMPTY
     grid.used[0] = 0
@@ -113,7 +113,7 @@ def fill_grid(grid, points, facets, patch, alive, facet_count):
 
 @lean_kernel
 def _set_bounds(points, facets, f, low, high, bounds, n):
-    """Set column `n` to the bounds of facet `f`; tell whether they meet the box, without a branch."""
+    """Set column `n` to the bounds of facet `f`; return whether they meet the box, without a branch."""
     a = facets[f, 0]
     b = facets[f, 1]
     c = facets[f, 2]
@@ -134,8 +134,8 @@ def _set_bounds(points, facets, f, low, high, bounds, n):
 def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low, high):
     """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
 
-    Cells whose facets all go on with the sheet are passed over. So are facets with facet_stamp >= `mark`,
-    as all that are gone have it (GONE); listed ones get facet_stamp = mark.
+    Cells whose facets all continue the sheet are skipped. Facets with facet_stamp >= `mark` are skipped
+    too, which includes removed facets (GONE); listed facets get facet_stamp = mark.
     """
     origin, scale, dims = grid.origin, grid.scale, grid.dims
     first, after, item_facet = grid.first, grid.after, grid.facet
@@ -177,9 +177,9 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low
 
 @lean_kernel
 def list_hits(grid, near, points, a, b, c):
-    """List those of the first `near` candidates whose bounds meet those of facet (a, b, c).
+    """Write to grid.hits those of the first `near` candidates whose bounds meet facet (a, b, c)'s bounds.
 
-    Returns their number; grid.hits has the facets. The bounds are compared without a branch.
+    Return their number. The bounds are compared without a branch.
     """
     candidate, bounds, met, hits = grid.candidate, grid.bounds, grid.met, grid.hits
     x0 = min(points[a, 0], points[b, 0], points[c, 0])

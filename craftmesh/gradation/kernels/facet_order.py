@@ -1,4 +1,4 @@
-"""The order of facets by their points."""
+"""Sorting of facets by their point ids."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from craftmesh.jit import kernel
 
 @kernel
 def turned_to_least(facets, new):
-    """Return facets (m, 3) of the points' `new` ids, each turned so that its least point is the first."""
+    """Return facets (m, 3) with the points' `new` ids, each rotated so that its smallest id is first."""
     turned = np.empty_like(facets)
     for f in range(len(facets)):
         a, b, c = new[facets[f, 0]], new[facets[f, 1]], new[facets[f, 2]]
@@ -23,9 +23,10 @@ def turned_to_least(facets, new):
 
 @kernel
 def rows_by_points(facets, count):
-    """Return the rows (m,) of facets (m, 3) by their least, middle and largest points, of `count`.
+    """Return the rows (m,) of facets (m, 3), sorted by smallest, middle and largest point id.
 
-    The least point of each facet is its first one. Facets on the same points keep their order.
+    The first corner of each facet is its smallest id; count: number of points. Facets on the same points
+    keep their order.
     """
     end = np.zeros(count + 1, np.int64)
     for f in range(len(facets)):

@@ -1,8 +1,8 @@
 """The guarded operation: every change of the surface is checked first and made afterwards.
 
-An operation fills the star - the facets that change, their new corners, those that go, the place of the
-tip - and says rules of its own. `refusal` names the guard that forbids the change, the cheap ones asked
-first, and writes nothing of the mesh; `commit` makes the change that it allowed.
+An operation fills the star (changing facets with their new corners, removed facets, position of the tip)
+and gives its own limits. `refusal` returns the guard that forbids the change, checks cheap guards first,
+and does not change the mesh. `commit` makes the change that `refusal` allowed.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 
 @lean_kernel
 def attempt(state, grid, limits, star, floor, rise):
-    """Make the star's change when every guard allows it; return DONE or why not."""
+    """Make the star's change if every guard allows it; return DONE or the reason why not."""
     reason = refusal(state, grid, limits, star, floor, rise)
     if reason == DONE:
         commit(state, grid, star)
@@ -31,9 +31,10 @@ def attempt(state, grid, limits, star, floor, rise):
 
 @lean_kernel
 def refusal(state, grid, limits, star, floor, rise):
-    """Return why the star may not change, or DONE; new facets must score `floor`, or `rise` over old ones.
+    """Return the reason why the star may not change, or DONE.
 
-    Guards of volumes and of distances to the input are left out where their limits are infinite.
+    New facets must have the score `floor`, or the old facets' score plus `rise`. Guards with infinite
+    limits are skipped.
     """
     reason = shape_refusal(state, star, floor, rise, limits.cosine, limits.longest)
     if reason != DONE:
@@ -71,7 +72,10 @@ def refusal(state, grid, limits, star, floor, rise):
 
 @lean_kernel
 def _set_loose(state, star):
-    """List the witnesses of the star's old facets and the homes of the vertices that move or go."""
+    """List as loose: witnesses of the star's old facets, and vertices that move or are removed.
+
+    Return their number, or TOO_MANY.
+    """
     count = 0
     for i in range(star.moved + star.dying):
         count = collect(state, old_facet(state, star, i), count)
@@ -87,9 +91,9 @@ def _set_loose(state, star):
 
 @lean_kernel
 def _list_takers(state, star):
-    """Return how many facets of state.star may take witnesses, or -1 when too many.
+    """Return the number of facets in state.star that may get witnesses, or -1 if too many.
 
-    Where a vertex merges into one that stays, the facets at that one, appended here, may take them too.
+    If a vertex merges into a vertex that stays, the facets at the latter are appended and may get them too.
     """
     if star.gone >= 0 and star.tip == star.vertex:
         return add_star(state, star.vertex, star.gone, star.vertex, star.moved)
@@ -114,9 +118,9 @@ def _look_around(state, grid, star):
 
 @lean_kernel
 def _list_near(state, grid, star, sheet):
-    """List the facets near the star, its own and those that go on with the sheet left out, as candidates.
+    """List as candidates the facets near the star, without its own and without facets of its sheet.
 
-    Returns their number, or -1 when too many.
+    Return their number, or -1 if too many.
     """
     stamp, points = state.facet_stamp, state.points
     mark = state.clock[1] + 1
@@ -134,7 +138,7 @@ def _list_near(state, grid, star, sheet):
 
 @lean_kernel
 def _with_point(low, high, points, v):
-    """Return the bounds with one more point."""
+    """Return the bounds (low, high) enlarged by point `v`."""
     x, y, z = points[v, 0], points[v, 1], points[v, 2]
     low = (min(low[0], x), min(low[1], y), min(low[2], z))
     return low, (max(high[0], x), max(high[1], y), max(high[2], z))
@@ -142,7 +146,7 @@ def _with_point(low, high, points, v):
 
 @lean_kernel
 def commit(state, grid, star):
-    """Make the change of the star that `refusal` has just allowed."""
+    """Make the star's change, which `refusal` has just allowed."""
     book_drift(state, state.pending[0])
     for i in range(star.dying):
         _take_out(state, state.dying[i])
@@ -164,7 +168,7 @@ def commit(state, grid, star):
 
 @lean_kernel
 def _take_out(state, f):
-    """Take facet `f` out of the mesh."""
+    """Remove facet `f` from the mesh."""
     state.alive[f] = False
     state.facet_stamp[f] = GONE
     state.witness_first[f] = -1
@@ -174,12 +178,12 @@ def _take_out(state, f):
 
 @lean_kernel
 def _give_corners(state, star, i):
-    """Give the star's facet in row `i` its new corners, one other than before at most; let witnesses go."""
+    """Set the new corners of the star's facet in row `i`, at most one of them new; detach its witnesses."""
     facets, f, v = state.facets, state.star[i], star.vertex
     state.changed[f] = True
     state.witness_first[f] = -1
     a, b, c = state.star_corners[i]
-    # Added up, the corners that stay cancel out of the difference of new and old ones.
+    # The sum of new corners minus the sum of old corners is the difference of the one corner that changes.
     change = a + b + c - star.tip + v - facets[f, 0] - facets[f, 1] - facets[f, 2]
     for k in range(3):
         old = facets[f, k]
@@ -189,7 +193,7 @@ def _give_corners(state, star, i):
 
 @lean_kernel
 def replace_corner(state, f, k, v):
-    """Make `v` the corner k of facet `f`."""
+    """Set corner k of facet `f` to `v`, and update the corner lists."""
     unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)
     state.facets[f, k] = v
     link_corner(state.first, state.after, v, 3 * f + k)

@@ -1,4 +1,4 @@
-"""Whether new facets meet each other or the facets near them."""
+"""Intersection tests of new facets with each other and with nearby facets."""
 
 import numpy as np
 
@@ -11,14 +11,15 @@ from craftmesh.surface.rounding import SAME_PLACE
 
 @lean_kernel
 def set_planes(points, corners, planes):
-    """Set rows of unit normal, offset and height that counts as contact: the facet's plane, and through
-    edge k the plane across it that faces away from the facet.
+    """Set rows of `planes` (4, 5): unit normal, offset, and height that counts as contact.
+
+    Row 0 is the facet's plane; row k + 1 is the perpendicular plane through edge k, facing away from it.
     """
     a, b, c = corners
     x, y, z = area_vector(points, a, b, c)
     length = np.sqrt(x * x + y * y + z * z)
     scale = 1.0 / length if length > 0.0 else 0.0
-    # within it a point counts as on the facet's plane: the exact test decides then
+    # a point within this height counts as on the facet's plane, and the exact test decides
     contact = SAME_PLACE * (
         np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c))
     )
@@ -50,10 +51,10 @@ def set_planes(points, corners, planes):
 
 @lean_kernel
 def _apart(points, planes, corners, p, q, r):
-    """Tell whether facet (p, q, r) surely meets the facet of the `planes` in shared corners at most.
+    """Return True if facet (p, q, r) surely meets the facet of `planes` at most in shared corners.
 
-    True when its corners that are not shared lie strictly on one side of the facet's plane, or strictly
-    beyond an edge whose opposite corner is not shared. False says nothing.
+    The condition is that its unshared corners lie strictly on one side of the facet's plane, or strictly
+    beyond an edge whose opposite corner is not shared. False means undecided.
     """
     above = False
     below = False
@@ -88,7 +89,7 @@ def _apart(points, planes, corners, p, q, r):
 
 @lean_kernel
 def _meets_star(points, planes, star, i):
-    """Tell whether the new facet star[i] meets one of those before it."""
+    """Return whether the new facet star[i] meets one of the new facets before it."""
     a, b, c = star[i]
     for j in range(i):
         if _apart(points, planes, star[i], star[j, 0], star[j, 1], star[j, 2]):
@@ -100,7 +101,7 @@ def _meets_star(points, planes, star, i):
 
 @lean_kernel
 def _meets_candidates(grid, near, points, facets, planes, corners):
-    """Tell whether the new facet of these corners meets one of the first `near` candidates."""
+    """Return whether the new facet with these corners meets one of the first `near` candidates."""
     a, b, c = corners
     for n in range(list_hits(grid, near, points, a, b, c)):
         f = grid.hits[n]
@@ -113,9 +114,9 @@ def _meets_candidates(grid, near, points, facets, planes, corners):
 
 @kernel
 def star_intersects(grid, points, facets, near, star, count, alone):
-    """Tell whether one of the new facets star[:count] (k, 3) meets another one or a candidate.
+    """Return whether one of the new facets star[:count] (k, 3) meets another one or a candidate.
 
-    near: the number of the grid's candidates, with which `alone` facets are compared.
+    near: number of the grid's candidates; alone: compare new facets only with candidates.
     """
     if alone and near == 0:
         return False

@@ -1,6 +1,6 @@
-"""One pass of the gradation: an operation tried at one edge or vertex after another.
+"""One pass of the gradation: an operation is tried at a list of edges or vertices.
 
-One kernel for all operations: they share the guards, which are compiled once so.
+One kernel serves all operations, so that the guards are compiled only once.
 """
 
 import numpy as np
@@ -15,9 +15,9 @@ from craftmesh.gradation.kernels.swap import MOST_WAITING, swap_round
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
-# What is tried at edges: ...
+# Operations on edges.
 COLLAPSE, SPLIT, SWAP = range(3)
-# ... and at vertices.
+# Operations on vertices.
 SLIDE, EVEN, RELAX = range(3, 6)
 
 
@@ -30,7 +30,7 @@ def _times_target2(state, a, b, times):
 
 @lean_kernel
 def _at_edge(state, grid, limits, operation, a, b, share):
-    """Try an operation at edge (a, b); return DONE or why not."""
+    """Try COLLAPSE or SPLIT at edge (a, b); return DONE or the reason why not."""
     if operation == COLLAPSE:
         if squared_distance(state.points, a, b) < _times_target2(state, a, b, limits.collapse):
             return collapse_edge(state, grid, limits, a, b)
@@ -41,7 +41,7 @@ def _at_edge(state, grid, limits, operation, a, b, share):
 
 @lean_kernel
 def _at_vertex(state, grid, limits, operation, v, goal):
-    """Try an operation at vertex `v` where its rank is one that the operation moves."""
+    """Try an operation at vertex `v`, if it applies to v's rank; return DONE or the reason why not."""
     rank = state.rank[v]
     if operation == SLIDE and rank < 2:
         return slide_vertex(state, grid, limits, v, goal)
@@ -54,7 +54,7 @@ def _at_vertex(state, grid, limits, operation, v, goal):
 
 @lean_kernel
 def _has_room(state, grid, operation):
-    """Tell whether the grid, and for a split the arrays too, surely have room for one more operation."""
+    """Return whether the grid, and for a split also the arrays, surely have room for one operation."""
     if operation == SPLIT:
         if state.used[0] + 2 > len(state.points) or state.used[1] + len(state.dying) > len(state.facets):
             return False
@@ -65,9 +65,9 @@ def _has_room(state, grid, operation):
 def one_pass(state, grid, limits, operation, items, goal, start):
     """Try `operation` at the edges (n, 2) or vertices (n, 1) `items`, from row `start` on.
 
-    goal: the angle score under which SLIDE moves a vertex, or the share of its parent's score that half a
-    facet may have (SPLIT). Returns where it stopped, n or earlier where the grid or the arrays need room,
-    and how often the operation was done; refusals are counted by reason.
+    goal: for SLIDE the angle score below which a vertex moves; for SPLIT the smallest score of a half facet
+    relative to its parent. Return the row at which the pass stopped, which is n, or less if grid or arrays
+    need room, and the number of operations done. Refusals are counted by reason.
     """
     done = 0
     waiting = np.empty((MOST_WAITING, 2), np.int64)

@@ -1,4 +1,4 @@
-"""Nearest places on the crack and on its front, for vertices that are new or moved."""
+"""Projection of new or moved vertices onto the crack, its front and box planes."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import Grid, cells_of_box
 from craftmesh.surface.kernels.facet_shape import facet_distance2
 
-# Rounds of projection onto a curved crack and back onto the box's plane; they converge to the trace.
+# Iterations of projection onto a curved crack and back onto the box plane; they converge to the trace.
 ROUNDS = 12
-# In target lengths: how far from the crack a vertex may be to be put on it. Where the insertion has moved
-# the crack, as into a grain boundary, its vertices stay where they are.
+# Largest distance, in target lengths, of a vertex that is projected onto the crack. If the insertion has
+# moved the crack farther, for example into a grain boundary, its vertices are not projected.
 REACH = 0.25
 
 
@@ -70,7 +70,7 @@ def put_on_front(front, place):
 
 @lean_kernel
 def put_on_crack_in_box(state, planes, v, place):
-    """Move `place` (3,) onto the crack with the coordinates that the bits of `planes` fix at vertex `v`."""
+    """Move `place` (3,) onto the crack and onto the box planes of vertex `v` (bits of `planes`)."""
     for _ in range(ROUNDS):
         put_on_crack(state, REACH * state.size[v], place)
         if put_on_planes(state, planes, v, place) == 0.0:
@@ -79,7 +79,7 @@ def put_on_crack_in_box(state, planes, v, place):
 
 @lean_kernel
 def put_on_planes(state, planes, v, place):
-    """Give `place` (3,) the coordinates that `planes` fix at vertex `v`; return how far off it was."""
+    """Set the coordinates of `place` (3,) that `planes` fix at vertex `v`; return the largest change."""
     off = 0.0
     for k in range(3):
         if is_held(planes, k):
@@ -90,7 +90,7 @@ def put_on_planes(state, planes, v, place):
 
 @kernel
 def put_on_crack(state, reach, place):
-    """Move `place` (3,) to the nearest point of the crack's triangles within `reach`; else it stays."""
+    """Move `place` (3,) to the closest point of the crack's triangles, if it is within `reach`."""
     places = place.copy().reshape(1, 3)
     found, _ = nearest_triangle(state, places, 0, 0.0, reach)
     if found >= 0:
@@ -104,7 +104,7 @@ def put_on_crack(state, reach, place):
 def nearest_triangle(state, places, row, enough, reach):
     """Return the crack's triangle nearest to places[row], and the squared distance.
 
-    One within `enough` is as good as the nearest. Returns -1 and infinity where none is within `reach`.
+    The search ends at a triangle within `enough`. Returns -1 and infinity if none is within `reach`.
     """
     points, triangles = state.crack_points, state.crack_triangles
     start, items, shape = state.crack_bin_start, state.crack_bin_items, state.crack_bin_shape

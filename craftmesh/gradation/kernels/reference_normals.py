@@ -10,7 +10,7 @@ from craftmesh.surface.kernels.facet_shape import area_vector
 def reference_normals(points, facets, patch, first, after, reference):
     """Set `reference` (m, 3) to unit normals averaged over each facet and its patch neighbours.
 
-    The average makes a needle's or a cap's own, meaningless normal harmless.
+    The average suppresses the meaningless normal of a needle or cap.
     """
     for f in range(len(facets)):
         x = 0.0

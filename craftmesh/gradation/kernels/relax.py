@@ -1,4 +1,4 @@
-"""Relaxation: vertices inside their patch go to the weighted centroid of their facets, for even facets."""
+"""Relaxation: vertices inside a patch move to the weighted centroid of their facets, for equal spacing."""
 
 import numpy as np
 
@@ -8,13 +8,16 @@ from craftmesh.gradation.kernels.star import star_at
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
-# No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
+# Score of 30 degrees; no facet falls below the minimum of this score and its star's smallest.
 SOUND = score_of_angle(30.0)
 
 
 @kernel
 def _centroid(state, star, place):
-    """Set `place` to the centroid of the star's facets, weighted by area over target length squared."""
+    """Set `place` to the centroid of the star's facets, weighted by area over target length squared.
+
+    Return False if the facets have no area.
+    """
     points, size = state.points, state.size
     total = 0.0
     place[:] = 0.0
@@ -32,7 +35,7 @@ def _centroid(state, star, place):
 
 @kernel
 def relax_vertex(state, grid, limits, v):
-    """Move `v` to its star's centroid, or half way, where the guards allow it; return DONE or why not."""
+    """Move `v` to its star's centroid, or part of the way, if guards allow it; return DONE or why not."""
     star = star_at(state, v)
     goal = np.empty(3)
     if star.moved <= 0:

@@ -1,4 +1,4 @@
-"""Who meets round an edge, by corner lists: facets, features, all edges."""
+"""Facets on an edge, feature edges and lists of edges, from corner lists."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 
 @lean_kernel
 def has_corner(facets, f, v):
-    """Tell whether `v` is a corner of facet `f`."""
+    """Return whether `v` is a corner of facet `f`."""
     return facets[f, 0] == v or facets[f, 1] == v or facets[f, 2] == v
 
 
@@ -20,7 +20,7 @@ def third_corner(facets, f, a, b):
 
 @lean_kernel
 def edge_facets(facets, first, after, a, b):
-    """Return the number of facets on edge (a, b) and the first two of them (-1 where missing)."""
+    """Return the number of facets on edge (a, b) and the first two of them, -1 if missing."""
     count = 0
     f0 = -1
     f1 = -1
@@ -39,16 +39,16 @@ def edge_facets(facets, first, after, a, b):
 
 @lean_kernel
 def is_feature(facets, patch, first, after, a, b):
-    """Tell whether edge (a, b) is a feature: not two facets on it, or two of different patches."""
+    """Return whether edge (a, b) is a feature: without exactly two facets, or two of different patches."""
     count, f0, f1 = edge_facets(facets, first, after, a, b)
     return count != 2 or patch[f0] != patch[f1]
 
 
 @kernel
 def list_edges(state, least, most):
-    """Return the edges (e, 2), lower vertex first, that are `least` to `most` of their target long.
+    """Return edges (e, 2), lower vertex first, with a length of `least` to `most` times their target.
 
-    Also whether each is a feature (e,), and its length over its target (e,).
+    Also return a mask (e,) of features and the ratios (e,) of length to target.
     """
     count = np.int64(1024)
     room = np.int64(0)
@@ -63,7 +63,7 @@ def list_edges(state, least, most):
 
 @lean_kernel
 def _walk_edges(state, least, most, edges, feature, ratio):
-    """Set what `list_edges` returns as far as there is room; return how many edges there are."""
+    """Fill the arrays of `list_edges` as far as there is room; return the total number of edges."""
     facets, first, after, rank, size, stamp = (
         state.facets,
         state.first,

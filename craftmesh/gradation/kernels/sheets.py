@@ -1,11 +1,11 @@
-"""Sheets: stars that lie in one patch and face one way, with nothing near them that faces another way.
+"""Sheets: stars within one patch whose facets, and all nearby facets of it, have similar normals.
 
-Take a line that crosses two facets of one patch from behind to ahead. Between them it crosses a facet of
-another patch, or one of this patch from ahead to behind, for different grains lie behind and ahead of a
-patch. So in a convex part of space where all facets are of one patch and face one way, no such line crosses
-two of them. A star that another one facing that way replaces there meets neither itself nor its patch.
-Facets of other patches are left to test. One that does not meet the new star lies outside the space between
-the old and the new star if it has a corner beyond that space.
+Different grains lie behind and ahead of a patch. So a line that crosses two facets of one patch from behind
+to ahead crosses, between them, a facet of another patch or of this patch from ahead to behind. Therefore,
+in a convex region where all facets belong to one patch and have similar normals, no line along the normals
+crosses two of them. If a new star with such normals replaces an old one there, it intersects neither itself
+nor its patch. Only facets of other patches must be tested. A facet that does not meet the new star is
+outside the space between old and new star if it has a corner outside this space.
 """
 
 from collections import namedtuple
@@ -17,18 +17,19 @@ from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 from craftmesh.surface.kernels.hinges import SHARP_WEDGE
 
-# The patch of a star and its unit normal; patch -1 where the star is no sheet.
+# The patch of a star and its unit normal; the patch is -1 if the star is not a sheet.
 Sheet = namedtuple("Sheet", "patch x y z")
-# What the facets of a cell have in common, if neither of these: their patch, times the number of ways, and
-# the way that they face.
+# Codes of a cell without facets and with different facets. Other codes are the facets' common patch times
+# the number of directions, plus the common direction of their normals.
 EMPTY, MIXED = range(-2, 0)
-# Ways (26, 3): unit vectors from the middle of a cube to its corners, edges and sides.
+# Directions (26, 3): unit vectors from a cube's centre to its corners, edges and faces.
 WAYS = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)]) - 1.0
 WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
-# Degrees: largest turns of a cell's facets from their way, and of this way from a sheet, chosen by hand.
+# Degrees: largest angles between a cell's facets and their direction, and between this direction and a
+# sheet's normal, chosen by hand.
 OF_CELL, OF_SHEET = 50.0, 38.0
-# Squared cosines of the largest turns: of a cell's facets from its way, of this way from a sheet, and of
-# old and new facets from their sheet. With the last one no two facets of a sheet enclose a sharp wedge.
+# Squared cosines of the largest angles: a cell's facets to its direction, this direction to a sheet, and
+# old and new facets to their sheet. With the last one no two facets of a sheet enclose a sharp wedge.
 CELL2, SHEET2, OLD2, NEW2 = (
     np.cos(np.radians([OF_CELL, OF_SHEET, OF_CELL + OF_SHEET, 180 - SHARP_WEDGE - OF_CELL - OF_SHEET])) ** 2
 )
@@ -36,7 +37,10 @@ CELL2, SHEET2, OLD2, NEW2 = (
 
 @lean_kernel
 def set_rows(state, star):
-    """Set the two corners after the tip of each of the star's new facets, and its unit normal."""
+    """Set state.star_ends and state.star_normal of the star's new facets.
+
+    These are the two corners after the tip, and the unit normal.
+    """
     corners, tip = state.star_corners, star.tip
     for i in range(star.moved):
         k = 0
@@ -56,7 +60,10 @@ def set_rows(state, star):
 
 @lean_kernel
 def _faces(x, y, z, u, v, w, cosine2):
-    """Tell whether a vector (u, v, w) is within an angle of the unit vector (x, y, z)."""
+    """Return whether the angle between (u, v, w) and the unit vector (x, y, z) is within the limit.
+
+    cosine2: squared cosine of the limit.
+    """
     along = x * u + y * v + z * w
     return along > 0.0 and along * along >= cosine2 * (u * u + v * v + w * w)
 
@@ -83,7 +90,7 @@ def join(common, patch, x, y, z):
 
 @lean_kernel
 def goes_on(common, sheet):
-    """Tell whether all facets of a cell are of the sheet's patch and face its way."""
+    """Return whether all facets of a cell, with this code, are of the sheet's patch and direction."""
     if common < 0 or common // len(WAYS) != sheet.patch:
         return False
     way = common % len(WAYS)
@@ -92,13 +99,13 @@ def goes_on(common, sheet):
 
 @lean_kernel
 def no_sheet():
-    """Return the sheet of a star that is none."""
+    """Return the Sheet of a star that is not a sheet, with patch -1."""
     return Sheet(np.int64(-1), 0.0, 0.0, 0.0)
 
 
 @lean_kernel
 def sheet_of(state, star):
-    """Return the sheet that the star's old facets and its new ones (set_rows) lie in, if they do."""
+    """Return the sheet of the star's old facets and new facets (set_rows), or `no_sheet`."""
     patch = star_patch(state, star)
     if patch < 0:
         return no_sheet()
@@ -122,7 +129,7 @@ def sheet_of(state, star):
 
 @lean_kernel
 def _is_in(state, sheet, f):
-    """Tell whether facet `f` is of the sheet's patch and faces its way."""
+    """Return whether facet `f` is of the sheet's patch and has a similar normal."""
     if state.patch[f] != sheet.patch:
         return False
     x, y, z = area_vector(state.points, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
@@ -136,9 +143,9 @@ def _height(points, sheet, v):
 
 @lean_kernel
 def keep_foreign(state, grid, star, sheet, near):
-    """Keep of the grid's `near` candidates those of other patches that may meet the sheet's new facets.
+    """Keep those of the grid's `near` candidates that are of other patches and may meet the new facets.
 
-    Returns their number, or -1 where the star is no sheet among them.
+    Return their number, or -1 if the star is not a sheet because of the candidates.
     """
     low, high = _heights(state, star, sheet)
     count = 0
@@ -154,7 +161,7 @@ def keep_foreign(state, grid, star, sheet, near):
             h = _height(state.points, sheet, state.facets[f, k])
             below += h < low
             above += h > high
-        if below == 3 or above == 3 or low == high:  # in one plane the star fills the same places as before
+        if below == 3 or above == 3 or low == high:  # a flat star covers the same region as before
             continue
         if below + above == 0:
             return -1
@@ -167,7 +174,7 @@ def keep_foreign(state, grid, star, sheet, near):
 
 @lean_kernel
 def _heights(state, star, sheet):
-    """Return the least and the largest height of the star's vertices along the sheet's normal."""
+    """Return the smallest and the largest height of the star's vertices along the sheet's normal."""
     low = high = _height(state.points, sheet, star.vertex)
     for v in (star.tip, star.gone if star.gone >= 0 else star.tip):
         h = _height(state.points, sheet, v)

@@ -1,4 +1,4 @@
-"""Moves of vertices: inside their patch for better angles, along their junction line for even edges."""
+"""Moves of vertices: inside their patch for larger angles, along junction lines for equal edge spacing."""
 
 import numpy as np
 
@@ -11,27 +11,28 @@ from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 
-# The climb to a better angle inside a patch: so many steps at most, each to the best of so many directions,
-# the first as long as this part of the target length and half as long wherever none is better.
+# Search for a larger angle inside a patch: most steps, directions tried per step, and first step in target
+# lengths, which is halved if no direction helps.
 STEPS = 7
 DIRECTIONS = 8
 FIRST_STEP = 0.3
-# Along a junction line: places at so many tenths of the way to either neighbour.
+# Search along a junction line: number of points towards each neighbour, and their spacing as a fraction of
+# the edge.
 LINE_PLACES = 7
 LINE_STEP = 0.1
-# What a slide must raise the least angle score by, found and after all guards.
+# Smallest rise of the smallest angle score by a move, in the search and after all guards.
 LEAST_RISE = 1e-3
-# Times a slide is tried, each time half as far.
+# Number of attempts at a move, each half as long as the one before.
 SLIDE_TRIES = 3
-# How far a vertex may be moved to keep the volumes, over its target length.
+# Largest move of a vertex to keep the volumes, in target lengths.
 VOLUME_REACH = 0.2
-# Vertices nearer than this part of the target to where edges or facets around are even stay where they are.
+# Smallest move for equal spacing, in target lengths; shorter moves are skipped.
 EVEN = 0.05
 
 
 @lean_kernel
 def constrain(state, star):
-    """Put the star's tip back onto what holds its vertex: front, crack, planes; else keep the volumes."""
+    """Project the star's tip onto its vertex' front, crack and planes; off the crack, keep the volumes."""
     v = star.vertex
     flags = state.flags[v]
     place = state.points[star.tip]
@@ -46,7 +47,7 @@ def constrain(state, star):
 
 @lean_kernel
 def put_between(state, star, goal, share):
-    """Put the star's tip at `share` of the way from its vertex to `goal` (3,)."""
+    """Put the star's tip at the fraction `share` of the segment from its vertex to `goal` (3,)."""
     for k in range(3):
         start = state.points[star.vertex, k]
         state.points[star.tip, k] = start + share * (goal[k] - start)
@@ -54,9 +55,9 @@ def put_between(state, star, goal, share):
 
 @lean_kernel
 def slide_towards(state, grid, limits, star, goal, floor, rise):
-    """Move the star's vertex to `goal` (3,), constrained, or half way and so on; return DONE or why not.
+    """Move the star's vertex to `goal` (3,), constrained, or half as far and so on; return DONE or why not.
 
-    floor, rise: of the angle scores, as `refusal` takes them.
+    floor, rise: limits of angle scores, as in `refusal`.
     """
     share = 1.0
     reason = NO_NEED
@@ -72,7 +73,7 @@ def slide_towards(state, grid, limits, star, goal, floor, rise):
 
 @lean_kernel
 def line_neighbours(state, v):
-    """Return the two vertices joined to the line vertex `v` by feature edges, or -1, -1."""
+    """Return the two vertices joined to `v` by feature edges, or -1, -1 if there are not exactly two."""
     found = -1
     other = -1
     c = state.first[v]
@@ -95,7 +96,10 @@ def line_neighbours(state, v):
 
 @lean_kernel
 def _score_at(state, star, place, cosine, least):
-    """Return the least angle score with the star's tip at `place`; -1 when under `least` or turned."""
+    """Return the smallest angle score with the star's tip at `place`.
+
+    The result is -1 if the score is not over `least`, or a normal turns too far.
+    """
     points, reference, changed, corners = state.points, state.reference, state.star, state.star_corners
     for k in range(3):
         points[star.tip, k] = place[k]
@@ -112,7 +116,10 @@ def _score_at(state, star, place, cosine, least):
 
 @kernel
 def _tangents(state, star, first, second):
-    """Set two unit directions along the patch at the star's tip, inside the box planes that hold it."""
+    """Set two tangent unit vectors of the patch at the star's tip, within a box plane that holds it.
+
+    Return False if the facets have no area.
+    """
     normal = np.zeros(3)
     for i in range(star.moved):
         p, q, r = state.star_corners[i]
@@ -139,7 +146,7 @@ def _tangents(state, star, first, second):
 
 @kernel
 def _best_in_patch(state, star, cosine, score, place):
-    """Climb from `place` along the patch to a better least angle score; return the score."""
+    """Move `place` along the patch to raise the smallest angle score; return the score."""
     first = np.empty(3)
     second = np.empty(3)
     if not _tangents(state, star, first, second):
@@ -168,7 +175,7 @@ def _best_in_patch(state, star, cosine, score, place):
 
 @kernel
 def _best_on_line(state, star, cosine, score, place):
-    """Climb along the junction line at the vertex to a better least angle score; return the score."""
+    """Move `place` along the junction line to raise the smallest angle score; return the score."""
     p, q = line_neighbours(state, star.vertex)
     if p < 0:
         return score
@@ -187,9 +194,9 @@ def _best_on_line(state, star, cosine, score, place):
 
 @kernel
 def slide_vertex(state, grid, limits, v, goal):
-    """Move `v` for a better least angle when that is under the score `goal`; return DONE or why not.
+    """Move `v` to raise its smallest angle, if its score is under `goal`; return DONE or why not.
 
-    Vertices of a crack front, whose even edges stress intensities rest on, move for unsound angles alone.
+    A front vertex moves only if the score is under limits.floor, because K needs an equally spaced front.
     """
     star = star_at(state, v)
     if star.moved <= 0:
@@ -211,7 +218,10 @@ def slide_vertex(state, grid, limits, v, goal):
 
 @lean_kernel
 def _even_place(state, v, p, q, place):
-    """Set `place` on the line p - v - q where both edges have the same length over target."""
+    """Set `place` on the line p - v - q at equal ratios of both edges to their targets.
+
+    Return whether it is at least EVEN target lengths away from v.
+    """
     to_p = np.sqrt(squared_distance(state.points, v, p))
     to_q = np.sqrt(squared_distance(state.points, v, q))
     share = (state.size[v] + state.size[p]) / (2.0 * state.size[v] + state.size[p] + state.size[q])
@@ -226,7 +236,7 @@ def _even_place(state, v, p, q, place):
 
 @kernel
 def even_vertex(state, grid, limits, v):
-    """Move the line vertex `v` to where its two line edges are even; return DONE or why not."""
+    """Move the line vertex `v` to make its two line edges equal, by target; return DONE or why not."""
     p, q = line_neighbours(state, v)
     place = np.empty(3)
     if p < 0 or not _even_place(state, v, p, q, place):

@@ -1,4 +1,4 @@
-"""Edge split on multi-material surfaces: all facets on the edge at once, sides and patches inherited."""
+"""Edge split on multi-material surfaces: all facets on the edge are split and keep sides and patch."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from craftmesh.surface.kernels.facet_shape import angle_score
 
 @lean_kernel
 def _edge_class(state, a, b, parents):
-    """Return the rank and flags of a vertex on edge (a, b)."""
+    """Return the rank and flags of a vertex on edge (a, b), whose `parents` facets are in state.dying."""
     flags = state.flags[a] & state.flags[b] & ON_PLANES
     rank = 0
     for i in range(parents):
@@ -41,7 +41,7 @@ def _edge_class(state, a, b, parents):
 
 @kernel
 def _split_place(state, a, b, flags, place):
-    """Set `place` to the edge's middle, on the crack or its front where it belongs; True if moved."""
+    """Set `place` to the edge's midpoint, projected onto crack or front; return whether that moved it."""
     for k in range(3):
         place[k] = 0.5 * state.points[a, k] + 0.5 * state.points[b, k]
     middle = place.copy()
@@ -55,7 +55,7 @@ def _split_place(state, a, b, flags, place):
 
 @lean_kernel
 def _set_halves(state, a, b, m, parents):
-    """Put the parents' halves, the one at `a` first, into the star."""
+    """Write the halves of each parent facet into the star, first the half at `a`; m: the new vertex."""
     for i in range(parents):
         f = state.dying[i]
         for k in range(3):
@@ -68,7 +68,7 @@ def _set_halves(state, a, b, m, parents):
 
 @lean_kernel
 def _shapes_allow(state, parents, floor, share):
-    """Tell whether every half scores `floor` or `share` of its parent's score."""
+    """Return whether every half has the score `floor` or `share` times its parent's score."""
     for i in range(2 * parents):
         p, q, r = state.facets[state.dying[i // 2]]
         old = angle_score(state.points, p, q, r)
@@ -80,7 +80,7 @@ def _shapes_allow(state, parents, floor, share):
 
 @kernel
 def _add_vertex(state, rank, flags):
-    """Make the spare vertex, at its place already, one of the surface."""
+    """Add the spare vertex, whose position is set already, to the surface."""
     m = state.used[0]
     state.rank[m] = rank
     state.flags[m] = flags
@@ -113,7 +113,7 @@ def _divide(state, f, g, a, b, m):
 
 @kernel
 def _share_witnesses(state, f, g, m):
-    """Let each witness of facet `f` go to the nearer one of its halves `f` and `g` at vertex `m`."""
+    """Attach each witness of facet `f` to the nearer of its halves `f` and `g` at vertex `m`."""
     loose = collect(state, f, np.int64(0))
     if loose == TOO_MANY:
         return
@@ -138,7 +138,7 @@ def _enter(state, grid, f):
 
 @lean_kernel
 def _commit_split(state, grid, a, b, parents, moved):
-    """Divide the listed facets at the newest vertex, `moved` off their edge or not."""
+    """Divide the listed facets at the newest vertex; moved: whether it is off their edge."""
     m = state.used[0] - 1
     for i in range(parents):
         f = state.dying[i]
@@ -155,10 +155,10 @@ def _commit_split(state, grid, a, b, parents, moved):
 
 @lean_kernel
 def split(state, grid, limits, a, b, share):
-    """Split edge (a, b) unless a half would be too poor (`share` of its parent's score) or refused.
+    """Split edge (a, b), unless a half is too poor (`share` of its parent's score) or refused.
 
-    Halves that lie in their parents, as they do unless the vertex goes onto the crack or its front, cannot
-    break a guard of normals or intersections.
+    Return DONE or the reason why not. If the new vertex is not moved onto the crack or its front, halves
+    lie in their parents, so normals and intersections need no check.
     """
     m = state.used[0]
     parents = list_edge_facets(state, a, b)

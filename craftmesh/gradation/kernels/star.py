@@ -1,4 +1,4 @@
-"""The star: the facets that an operation changes, their shape and what is near them."""
+"""The star: the facets that an operation changes, and checks of their shape."""
 
 from collections import namedtuple
 
@@ -9,16 +9,19 @@ from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 
-# All new facets share the corner `tip`. An operation that moves `vertex` tries its new place in the spare
-# row of points and size: this is the tip then, else it is the vertex itself. `gone` is the vertex that
-# merges into `vertex`, or -1; `moved` and `dying` count the facets in state.star and state.dying; `size` is
-# the target length that holds for the star.
+# All new facets share the corner `tip`. If `vertex` moves, the tip is the spare row of points and size,
+# with the new position; else it is the vertex itself. `gone` is the vertex that merges into `vertex`, or
+# -1; `moved` and `dying` count the facets in state.star and state.dying; `size` is the target length of the
+# star.
 Star = namedtuple("Star", "vertex tip gone moved dying size")
 
 
 @lean_kernel
 def add_star(state, v, other, kept, count):
-    """Append the facets at `v` that do not hold `other`, with `v` read as `kept`; -1 when too many."""
+    """Append the facets at `v` without corner `other` to the star, with `v` replaced by `kept`.
+
+    Return the new count, or -1 if there are too many.
+    """
     facets, after, star, corners = state.facets, state.after, state.star, state.star_corners
     c = state.first[v]
     while c >= 0:
@@ -37,7 +40,7 @@ def add_star(state, v, other, kept, count):
 
 @lean_kernel
 def star_at(state, v):
-    """Return the star of moving `v`, its tip at v's place; `moved` is -1 when its facets are too many."""
+    """Return the star of a move of `v`, with its tip at v's position; `moved` is -1 if it is too big."""
     tip = state.used[0]
     for k in range(3):
         state.points[tip, k] = state.points[v, k]
@@ -48,7 +51,7 @@ def star_at(state, v):
 
 @lean_kernel
 def list_edge_facets(state, a, b):
-    """List the facets at `a` that hold `b` too in state.dying; return how many, or -1 when too many."""
+    """List the facets on edge (a, b) in state.dying; return their number, or -1 if too many."""
     facets, after, dying = state.facets, state.after, state.dying
     count = 0
     c = state.first[a]
@@ -64,13 +67,13 @@ def list_edge_facets(state, a, b):
 
 @lean_kernel
 def old_facet(state, star, i):
-    """Return the i-th of the star's old facets: those that change, then those that go."""
+    """Return the star's i-th old facet: first the changing facets, then the removed ones."""
     return state.star[i] if i < star.moved else state.dying[i - star.moved]
 
 
 @lean_kernel
 def star_patch(state, star):
-    """Return the patch of the star's old facets; -1 where they are of several or both its sides are one."""
+    """Return the patch of the star's old facets, -1 if there are several or its two sides are equal."""
     patch = state.patch[state.star[0]]
     for i in range(star.moved + star.dying):
         if state.patch[old_facet(state, star, i)] != patch:
@@ -80,7 +83,7 @@ def star_patch(state, star):
 
 @lean_kernel
 def worst_score(state, star):
-    """Return the least angle score of the star's old facets."""
+    """Return the smallest angle score of the star's old facets."""
     points, facets = state.points, state.facets
     worst = np.inf
     for i in range(star.moved + star.dying):
@@ -91,11 +94,11 @@ def worst_score(state, star):
 
 @lean_kernel
 def shape_refusal(state, star, floor, rise, cosine, longest):
-    """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
+    """Return the reason why the star's new facets are bad (NORMAL, ANGLE, LENGTH), or DONE.
 
-    The least angle score is `floor`, or `rise` over the old facets' where that is less. An edge may be too
-    long where the star had one as long: needles with long edges, which are too poor to be split, could
-    neither collapse nor slide otherwise.
+    The angle score must reach `floor`, or the old facets' score plus `rise` if that is less. An edge may be
+    too long if the star had one as long. Otherwise needles with long edges, which are too poor to be split,
+    could neither collapse nor move.
     """
     points, size, reference = state.points, state.size, state.reference
     changed, corners, tip = state.star, state.star_corners, star.tip

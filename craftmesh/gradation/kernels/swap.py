@@ -1,4 +1,4 @@
-"""Edge swap inside patches: the other diagonal of two facets where it raises the smallest angle."""
+"""Edge swap inside patches: two facets get their other diagonal if this raises the smallest angle."""
 
 from collections import namedtuple
 
@@ -12,10 +12,10 @@ from craftmesh.gradation.kernels.star import Star
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2
 
-# A swap must lower the cosine of the least angle by this, so that no two swaps undo each other for ever.
+# Smallest decrease of the cosine of the smallest angle by a swap, so that no two swaps undo each other
+# forever.
 LEAST_GAIN = 1e-3
-# Edges that wait for another look while swaps spread from one edge; what finds no place waits for the next
-# pass.
+# Most queued edges while swaps spread from one edge; further edges wait for the next pass.
 MOST_WAITING = 256
 # Facets f = (u, p, q) and g = (v, q, p) on the edge (p, q), which (u, v) replaces: (u, p, v) and (u, v, q).
 Quad = namedtuple("Quad", "f g u p v q")
@@ -23,7 +23,7 @@ Quad = namedtuple("Quad", "f g u p v q")
 
 @lean_kernel
 def _runs_along(state, f, a, b):
-    """Tell whether facet `f` goes from corner `a` to corner `b`."""
+    """Return whether facet `f` has corner `b` directly after corner `a`."""
     for k in range(3):
         if state.facets[f, k] == a:
             return state.facets[f, (k + 1) % 3] == b
@@ -32,7 +32,7 @@ def _runs_along(state, f, a, b):
 
 @lean_kernel
 def quad_at(state, a, b):
-    """Return the facets and corners round edge (a, b), u = -1 where they are not two alike of one patch."""
+    """Return the Quad of edge (a, b); u is -1 unless it has two equally oriented facets of one patch."""
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
     if count != 2 or state.patch[f] != state.patch[g]:
         return Quad(f, g, np.int64(-1), a, np.int64(-1), b)
@@ -58,7 +58,7 @@ def _raises_angle(state, quad):
 
 @lean_kernel
 def _star_of_swap(state, quad):
-    """Return the star of the two facets with their common edge turned; u is its tip."""
+    """Return the star of the two facets with their common edge swapped; its tip is u."""
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
     state.star[0] = quad.f
     state.star[1] = quad.g
@@ -74,7 +74,7 @@ def _star_of_swap(state, quad):
 
 @kernel
 def _stays_near(state, limits, quad, size):
-    """Tell whether the new edge's middle and the old one's are close to the facets of the other state."""
+    """Return whether the midpoints of new and old edge are close to the old and new facets."""
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
     tolerance = limits.distance * size
     if state.patch_crack[state.patch[quad.f]]:
@@ -91,7 +91,10 @@ def _stays_near(state, limits, quad, size):
 
 @lean_kernel
 def swap(state, grid, limits, quad):
-    """Turn the edge of a quad when it lies inside a patch, gains angle and every guard holds."""
+    """Swap a quad's edge if it is inside a patch, raises the angle and passes all guards.
+
+    Return DONE or the reason why not.
+    """
     if quad.u < 0 or not _raises_angle(state, quad):
         return NO_NEED
     if edge_facets(state.facets, state.first, state.after, quad.u, quad.v)[0] > 0:
@@ -106,9 +109,9 @@ def swap(state, grid, limits, quad):
 
 @lean_kernel
 def swap_round(state, grid, limits, a, b, waiting):
-    """Swap edge (a, b) where that gains, then what gains round each swap; return how many were swapped.
+    """Swap edge (a, b) if that raises the angle, then edges around each swap; return the number of swaps.
 
-    waiting: room (k, 2) for the edges to look at. It ends where the grid has no room for one more.
+    waiting: work array (k, 2) for queued edges. The swaps end if the grid has no room for another one.
     """
     done = 0
     waiting[0, 0] = a

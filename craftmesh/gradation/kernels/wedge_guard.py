@@ -1,7 +1,7 @@
-"""The guard of wedges: no change makes a wedge sharper than its limit and than all at its star before.
+"""The guard of wedges: no change makes a wedge that is sharper than the limit and than all old ones.
 
-A wedge is the angle between two facets that follow each other round an edge, be it on a junction line or
-inside a patch, where it is a fold.
+A wedge is the dihedral angle between two neighbouring facets at an edge, on a junction line or inside a
+patch, where it is a fold. Cosines stand for angles: the sharper the wedge, the larger the cosine.
 """
 
 import numpy as np
@@ -15,9 +15,9 @@ from craftmesh.surface.rounding import EXACT
 
 @lean_kernel
 def sharpens_wedge(state, star, sheet, cosine):
-    """Tell whether a wedge of the star's new facets is beyond the cosine and sharper than all old ones.
+    """Return whether a wedge at the star's new facets (set_rows) is sharper than `cosine` and all old ones.
 
-    The new facets are those of `set_rows`. Those of a sheet enclose wedges on junction lines alone.
+    Facets of a sheet can enclose sharp wedges only on junction lines, so only these are checked.
     """
     alone = sheet.patch >= 0
     state.clock[1] += 1
@@ -40,14 +40,14 @@ def sharpens_wedge(state, star, sheet, cosine):
 
 @lean_kernel
 def _is_on_line(state, star, i):
-    """Tell whether two corners of the new facet in row `i` may lie on one junction line."""
+    """Return whether two corners of the new facet in row `i` may lie on one junction line."""
     ranks = state.rank[star.vertex], state.rank[state.star_ends[i, 0]], state.rank[state.star_ends[i, 1]]
     return (ranks[0] > 0) + (ranks[1] > 0) + (ranks[2] > 0) > 1
 
 
 @lean_kernel
 def _among_new(state, i):
-    """Return the largest cosine between the new facet in row `i` and those before it, on common spokes."""
+    """Return the largest cosine between new facet `i` and the new facets before it, at common edges."""
     ends = state.star_ends
     normal = state.star_normal
     largest = OPEN
@@ -61,9 +61,9 @@ def _among_new(state, i):
 
 @lean_kernel
 def _at_its_rim(state, tip, i, mark):
-    """Return the largest cosine between the new facet in row `i` and unmarked ones on its first two edges.
+    """Return the largest cosine between the new facet in row `i` and unmarked facets on two of its edges.
 
-    These are the spoke to its first end and the edge of the rim.
+    These are the edge from the tip to the facet's first end, and the edge opposite the tip.
     """
     u = state.star_ends[i, 0]
     v = state.star_ends[i, 1]
@@ -82,7 +82,7 @@ def _at_its_rim(state, tip, i, mark):
 
 @lean_kernel
 def _at_last_spoke(state, tip, i, mark):
-    """Return the largest cosine between the new facet in row `i` and unmarked ones on its last edge."""
+    """Return the largest cosine between the new facet in row `i` and unmarked facets on its last edge."""
     largest = OPEN
     c = state.first[state.star_ends[i, 1]]
     while c >= 0:

@@ -1,11 +1,11 @@
-"""Witnesses: first places of vertices that are gone or moved, each kept by the facet it lies nearest to.
+"""Witnesses: initial positions of removed or moved vertices, each attached to the nearest facet.
 
-They bound the distance from the input to the changed surface: an operation may only move a witness
-out of its facet when one of the new facets (for a vertex of a junction line: one of the new junction
-edges) passes it closely enough. A vertex of a trace of the crack is kept by a crack facet beside the
-trace, which passes it as closely as any on the crack has to, while the trace itself may go as far along
-the crack as junction lines go. Vertices made by splits have first places too, so that facets smaller
-than the input's do not creep away from it between its vertices.
+Witnesses bound the distance from the input to the changed surface. An operation may detach a witness from
+its facet only if one of the new facets (for a vertex of a junction line: one of the new junction edges)
+passes it closely enough. A witness on a trace of the crack is attached to a crack facet next to the trace,
+which must be as close as other crack facets, while the trace may be as far away along the crack as junction
+lines. Vertices made by splits have initial positions too. Otherwise facets smaller than the input's would
+drift away from the input between its vertices.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import facet_distance2, segment_distance2
 
 TOO_MANY = -1
-# A facet within this part of the bound is near enough to end the search for a nearer one.
+# Fraction of the bound within which a facet ends the search for a nearer one.
 CLOSE = 0.3
 
 
@@ -40,7 +40,7 @@ def collect(state, f, count):
 
 @lean_kernel
 def set_free(state, v, f, count):
-    """Append vertex `v`, near facet `f`, to state.loose unless its first place is a witness already."""
+    """Append vertex `v`, near facet `f`, to state.loose unless it is a witness; return the count."""
     if count == TOO_MANY or state.is_witness[v]:
         return count
     state.loose[count] = v
@@ -50,10 +50,10 @@ def set_free(state, v, f, count):
 
 @lean_kernel
 def _mark_features(state, star, total):
-    """Set star_feature: which edges of the star's new facets are features.
+    """Set state.star_feature, a mask of feature edges, for the star's first `total` new facets.
 
-    Where a vertex moves or goes, an edge is what it was with the old corners in the same places. Where none
-    does, as in a swap, corners change places, and an edge that is new lies inside its patch.
+    If a vertex moves or is removed, a new edge has the class of the old edge in the same position. In a
+    swap no vertex moves, but corners change position, and a new edge is inside its patch.
     """
     stays = star.tip == star.vertex and star.gone < 0
     for i in range(total):
@@ -67,14 +67,17 @@ def _mark_features(state, star, total):
 
 @lean_kernel
 def _on_line(state, u, v):
-    """Tell whether (u, v) is an edge of the mesh as it stands and a feature."""
+    """Return whether (u, v) is an edge of the current mesh and a feature."""
     count, f, g = edge_facets(state.facets, state.first, state.after, u, v)
     return count > 0 and (count != 2 or state.patch[f] != state.patch[g])
 
 
 @lean_kernel
 def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
-    """Return the least squared distance to the new facets of a patch, or the first under `enough`."""
+    """Return the smallest squared distance to new facets of a patch, or one under `enough`, and its row.
+
+    home, w: the witness is home[w]. Without such a facet the result is inf, -1.
+    """
     best = np.inf
     where = -1
     for i in range(total):
@@ -90,7 +93,7 @@ def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
 
 @lean_kernel
 def _nearest_side(state, w, i, best):
-    """Return the least squared distance to a feature of the new facet i, or `best` where that is less."""
+    """Return the smallest squared distance to feature edges of new facet i, or `best` if that is less."""
     for k in range(3):
         if state.star_feature[i, k]:
             u = state.star_corners[i, k]
@@ -113,7 +116,7 @@ def _nearest_line(state, w, total):
 
 @lean_kernel
 def _nearest_trace(state, w, total, limit):
-    """Return the least squared distance to a feature of the new crack facets that are within `limit`."""
+    """Return the smallest squared distance to features of new crack facets within `limit`, and its row."""
     best = np.inf
     where = -1
     for i in range(total):
@@ -130,12 +133,12 @@ def _nearest_trace(state, w, total, limit):
 
 @lean_kernel
 def find_new_homes(state, star, loose, takers, reaches):
-    """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
+    """Find a facet of the star for each of the `loose` witnesses; return False if one is too far away.
 
-    reaches: the first is a part of the target length, be it the star's or the witness's own; of the vertex
-    that moves it is the star's. The others are lengths, on the crack and on its front. The facets that may
-    take witnesses are star[:takers]; loose_facet holds on entry the old facet, whose patch the new one must
-    have, and on success the new one.
+    reaches: largest distances; the first in target lengths, the smaller of the star's and the witness' (for
+    the moving vertex the star's); the others are lengths, on the crack and on its front. Facets
+    star[:takers] may get witnesses. loose_facet has on entry the old facet, whose patch the new facet must
+    have, and on success the new facet.
     """
     points, facets, corners = state.points, state.star, state.star_corners
     mover = star.vertex if star.tip != star.vertex else -1
@@ -171,7 +174,7 @@ def find_new_homes(state, star, loose, takers, reaches):
 
 @lean_kernel
 def settle(state, loose):
-    """Hand the loose witnesses to the facets found for them."""
+    """Attach the loose witnesses to the facets that `find_new_homes` found."""
     if loose == 0:
         return
     witness, found, is_witness = state.loose, state.loose_facet, state.is_witness
