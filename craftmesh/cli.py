@@ -76,7 +76,7 @@ def serve_verbs(number: int) -> None:
 
 
 def overview() -> str:
-    """Return the help of the whole command: the subcommands in the order of VERBS."""
+    """Return the help of the whole command: the subcommands in the order of `VERBS`."""
     lines = [
         "usage: craftmesh SUBCOMMAND ...   (craftmesh SUBCOMMAND --help for its options)",
         "",

@@ -132,7 +132,7 @@ WORKERS = 4
 
 @dataclass(frozen=True)
 class NodeOptions(Options):
-    """A node of the cluster, in place of the smallest one that Slurm's sinfo names."""
+    """A node of the cluster, used instead of the smallest node in Slurm's sinfo."""
 
     cpus: int | None = option(
         None, "processors of a node; none: of the smallest that Slurm's sinfo names", at_least=1

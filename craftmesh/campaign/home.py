@@ -106,7 +106,7 @@ def planned_jobs(flags: Sequence[str]) -> list[Job]:
 
 
 def refusal(said: str) -> str:
-    """Return why Snakemake failed, from its output `said`: the workflow's error, else the last 3 lines."""
+    """Return the reason of a failure from Snakemake's output `said`: its error, else the last 3 lines."""
     lines = [line for line in said.splitlines() if line.strip()]
     told = [line.removeprefix(_ERROR) for line in lines if line.startswith(_ERROR)]
     if any("cannot be locked" in line for line in lines):

@@ -163,7 +163,7 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
 
 
 def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
-    """Return why the stages will reject a crack: outside the material, or close to a face; else "".
+    """Return the reason why stages will reject a crack (no material, or close to a face), else "".
 
     cracks: by name.
     """

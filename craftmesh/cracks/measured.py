@@ -179,7 +179,7 @@ def _heights_along(uv: np.ndarray, fronts: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _deviation(places: np.ndarray, triangles: np.ndarray, measured: np.ndarray) -> Numbers:
-    """Return the distances of measured points (k, 3) from the surface, and how many lie on and beside it.
+    """Return the distances of measured points (k, 3) from the surface, and the counts on and next to it.
 
     All coordinates are u, v and height. A distance is the height difference times the cosine of the slope.
     """

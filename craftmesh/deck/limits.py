@@ -19,7 +19,7 @@ _UNIT_STEP = 1000  # ratio of a unit of length to the next: m, mm, um
 
 
 def name_fault(name: str) -> str:
-    """Return why the solvers cannot read a set's or a material's name, "" if they can.
+    """Return the reason why solvers cannot read a set's or material's name, "" if they can.
 
     Abaqus wants a letter first. CalculiX takes a set named 7 within another set for the element 7, and
     removes blanks from all names.

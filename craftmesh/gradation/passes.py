@@ -43,10 +43,10 @@ class Limits(NamedTuple):
     longest: float  # largest ratio of a new edge to its target, unless an old one was as long
     floor: float  # smallest angle score of new facets
     gain: float  # required rise of the score if the old score was under the floor
-    cosine: float  # of the normal tolerance
+    cosine: float  # cosine of the normal tolerance
     distance: float  # from the input to the surface, over the target length
     crack_distance: float  # the same on the crack, as a length
-    drift: float  # of volumes, over the volume
+    drift: float  # largest relative change of volumes
     merge_points: bool  # whether junction points may merge
     wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
     front_distance: float = np.inf  # the same on its front, and from the front's edges to it

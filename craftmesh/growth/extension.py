@@ -102,7 +102,7 @@ def kinks_and_extensions(
 
     k (n, 3): K_I, K_II, K_III; known: reliability of K, exact if None; last: the previous front; laws: rate
     laws by point, those of the options if None; stiffness (n, 6, 6), ways (n,): as in `criterion_of`; least
-    (n, 3): K at the other end of the cycle, in place of the options' stress ratio. Raise CraftmeshError as
+    (n, 3): K at the other end of the cycle, instead of the options' stress ratio. Raise CraftmeshError as
     `criterion_of` and its functions do.
     """
     count = len(k)

@@ -110,7 +110,7 @@ class SmoothingOptions(Options):
 
 @dataclass(frozen=True)
 class CorrectionOptions(Options):
-    """Correction of a step to the chord of the crack's path, in place of the path's first tangent."""
+    """Correction of a step to the chord of the crack's path, instead of the path's first tangent."""
 
     correct: bool = option(
         True, "before each new strip, lay the last one again, turned by half of the kink found at its end"

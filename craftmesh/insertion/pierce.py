@@ -169,7 +169,7 @@ def _past_front_ends(
 def _rim_crossings(
     surface: CutSurface, sheet: Sheet, edges: np.ndarray, at_end: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where edges cross the rim: their rows, positions (0 to 1) along them, and places in (u, v).
+    """Return the crossings of edges and rim: edge rows, positions (0 to 1) along edges, points in (u, v).
 
     Crossings at an end of the edge are dropped, and grazing ones of edges between two front points. at_end
     (k, 2): mask of edge ends that count as the end of a front; a crossing near it is that end, not a second

@@ -83,7 +83,7 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
         straight |= (rank == AT_JUNCTION) & movable & (distance < KNOTS * options.snap * surface.size)
     targets[straight] = onto_crack(surface.points[straight], planes[straight], sheet, reach[straight])
     surface = _moved(surface, targets, reach, options)
-    # Of two neighbours on a line, only one can move to the crossing between them; the other moves straight.
+    # One of two neighbours on a line can move to the crossing between them; the other moves straight.
     left = np.flatnonzero(grazes & (surface.psi != 0))
     targets[:] = np.nan
     targets[left] = onto_crack(surface.points[left], planes[left], sheet, reach[left])

@@ -195,7 +195,7 @@ def of_symmetry(word: str) -> str:
 
 
 def of_grains(crystals: Mapping[int, Crystal], phases: np.ndarray | None) -> dict[int, Crystal]:
-    """Return the crystals by phase; if `phases` is None, a single crystal as that of phase 0, or none."""
+    """Return the crystals by phase; if `phases` is None, a single crystal with key 0, or none."""
     if phases is not None:
         return dict(crystals)
     return dict(zip([0], crystals.values())) if len(crystals) == 1 else {}

@@ -111,7 +111,7 @@ def _surfaces_in(folder: str | os.PathLike) -> list[Path]:
 
 
 def _objects(path: Path) -> int:
-    """Return how many objects, or groups where there is none, of an OBJ have faces; trimesh joins them."""
+    """Return the number of objects, else of groups, of an OBJ that have faces; trimesh joins them."""
     _, *marked = re.split(rb"^[ \t]*([og])[ \t]+([^\r\n]*)", path.read_bytes(), flags=re.M)
     named: dict[bytes, set[bytes | int]] = {b"o": set(), b"g": set()}
     latest: dict[bytes, bytes | int] = {}
@@ -161,7 +161,7 @@ def _binary_stl(path: Path) -> np.ndarray:
 
 
 def _scene(path: Path) -> Any:
-    """Return what trimesh reads of a file, its clean-up off."""
+    """Return the trimesh object that trimesh reads from a file, without its clean-up."""
     with extra("formats"):
         import trimesh
 

@@ -20,7 +20,7 @@ def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.nd
     row, nodes = np.arange(len(tet)), mesh.tets[tet]
     ends = (nodes[row, table[local, k]] for table in (EDGE_CORNERS, OFF_EDGE) for k in (0, 1))
     np.add.at(angle, (edge, grain.ravel()), dihedral_angles(mesh.points, *ends))
-    return ids[np.argmax(np.round(angle, 9), axis=1)]  # of equal angles, the lower id
+    return ids[np.argmax(np.round(angle, 9), axis=1)]  # the lower id if angles are equal
 
 
 def edges_between_materials(

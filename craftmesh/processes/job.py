@@ -44,7 +44,7 @@ class Failure(NamedTuple):
     """The reason why a task has no result.
 
     where: the attribute `where` of the task's error, for example rows of facets; () if it has none.
-    is_system: True if the machine is at fault, for example by a full disk, so that retries cannot help.
+    is_system: True if the machine is the cause, for example a full disk, so that retries cannot help.
     """
 
     reason: str

@@ -285,7 +285,7 @@ def write_records(results: Path, asked: Mapping[str, Any], campaign: str = "the 
             f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
             " workflow writes them; leave --campaign out for cases that have been reported before"
         )
-    for path in results.glob(f"*/{RECORD}"):  # of cases that are no longer in the table
+    for path in results.glob(f"*/{RECORD}"):  # for cases that are no longer in the table
         if path.parent.name not in asked["cases"] and read_json(path).get("campaign") == asked["campaign"]:
             path.unlink()
     for name, case in asked["cases"].items():

@@ -112,7 +112,7 @@ def seen_from(facing: int, sign: np.ndarray = SIDES) -> np.ndarray:
 def _below(
     places: np.ndarray, points: np.ndarray, lip: np.ndarray, normal: np.ndarray, centre: np.ndarray
 ) -> np.ndarray:
-    """Return a mask (k,) of points `places` (k, 3) below the crack or beside it, below its extension.
+    """Return a mask (k,) of points `places` (k, 3) below the crack or below its extension.
 
     lip (t, 3): the crack's triangles on `points`; normal, centre (3,): of its plane, along which is up.
     """

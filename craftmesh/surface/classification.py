@@ -16,7 +16,7 @@ from craftmesh.types import CRACK, Surface
 class Classification:
     """The freedom of motion of the n vertices of a surface; each property is computed at its first use.
 
-    given_patches: patches to use in place of `patches(surface)`, for example patches that end along folds.
+    given_patches: patches to use instead of `patches(surface)`, for example patches that end along folds.
     """
 
     surface: Surface

@@ -24,9 +24,9 @@ def smoothing_neighbours(classes: Classification) -> csr_array:
 
 
 def lapped(points: np.ndarray, weights: Sequence[float], drawn: csr_array, stays: np.ndarray) -> np.ndarray:
-    """Return points (n, 3) after a lap per weight; coordinates in the mask `stays` (n, 3) do not change.
+    """Return points (n, 3) after a smoothing pass per weight; coordinates in the mask `stays` (n, 3) stay.
 
-    In each lap all points move towards the means of the neighbours that they are drawn to, by the weight's
-    part of the distance. drawn: matrix from `smoothing_neighbours`.
+    In each pass all points move towards the means of the neighbours that attract them, by the fraction
+    `weight` of the distance. drawn: matrix from `smoothing_neighbours`.
     """
     return laps(np.array(points), np.array(weights, float), drawn.indptr, drawn.indices, stays)

@@ -28,8 +28,8 @@ def find_mouth(body: np.ndarray, spacing: np.ndarray, radius: float, least: floa
 
     On each line of voxels into the box, the body begins at some depth. Its excess over the depth on both
     sides, along the crack's normal, is the notch; below `least` it is roughness and counts as 0. A crack's
-    radius is at most half the material ahead, and the distance to the box faces beside the line. The line
-    with the largest (crack radius) x (notch + `radius`) is chosen, the middle one of equals.
+    radius is at most half the material ahead, and the distance to the box faces at the line's sides. The
+    line with the largest (crack radius) x (notch + `radius`) is chosen, the middle one of equals.
     """
     best, found = 0.0, None
     for normal, inward in _AXES:

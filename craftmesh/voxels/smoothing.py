@@ -65,7 +65,7 @@ class _Grid:
     """A flat padded array of grain indices 0, 1, ...; each void, the outside and each box face is < -1."""
 
     padded: np.ndarray  # (n,) int32
-    shape: tuple[int, int, int]  # of the padded array
+    shape: tuple[int, int, int]  # shape of the padded array
     rim: list[int]  # voxels padded on each side along x, y, z
     ids: np.ndarray  # (g,) label of each grain
     steps: np.ndarray  # (s,) flat offsets of the voxels in the Gaussian's neighbourhood

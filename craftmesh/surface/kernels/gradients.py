@@ -26,7 +26,7 @@ def around_points(points, facets, lists):
 
 @lean_kernel
 def _add(rows, vectors, first, end, row, x, y, z):
-    """Add a vector to that of a row among first to end, which may be new; return the end."""
+    """Add (x, y, z) to the vector of `row`, which is appended if not in first..end; return the new end."""
     at = first
     while at < end and rows[at] != row:
         at += 1

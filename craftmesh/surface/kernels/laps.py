@@ -1,4 +1,4 @@
-"""Laps of smoothing: which neighbours draw each point, and the points after laps."""
+"""Smoothing passes: the neighbours that attract each point, and the points after the passes."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from craftmesh.surface.kernels.neighbours import COLUMNS, ID, IS_FEATURE, list_n
 
 @kernel
 def drawn_by(facets, patch, held, lists):
-    """Return start (n + 1,) and ids: the points ids[start[v] : start[v + 1]] draw point v; ids ascend.
+    """Return start (n + 1,) and ids (k,): points ids[start[v] : start[v + 1]], ascending, attract point v.
 
-    The rule is that of `smoothing_neighbours`. patch (m,): patches of the facets (m, 3); held (n, 3): mask
+    `smoothing_neighbours` describes the rule. patch (m,): patches of the facets (m, 3); held (n, 3): mask
     of coordinates that box planes hold; lists: the facets' corner lists.
     """
     start, ids = np.zeros(len(held) + 1, np.int32), np.empty(2 * facets.size, np.int32)
@@ -35,10 +35,10 @@ def drawn_by(facets, patch, held, lists):
 
 @kernel
 def laps(points, weights, start, ids, stays):
-    """Return points (n, 3) after a lap per weight, the coordinates that stay (n, 3) bool as they are.
+    """Return points (n, 3) after a smoothing pass per weight; coordinates in the mask `stays` (n, 3) stay.
 
-    The given points are overwritten. In each lap all points go by its weight's part of their ways to the
-    means of those that draw them.
+    The given points are overwritten. In each pass all points move by the fraction `weight` towards the
+    means of the points that attract them (`start`, `ids` from `drawn_by`).
     """
     now, then = points, points.copy()
     for weight in weights:

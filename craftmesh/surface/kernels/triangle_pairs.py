@@ -12,7 +12,7 @@ from craftmesh.surface.kernels.triangles import triangles_intersect
 # Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first
 # and last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
 Layer = namedtuple("Layer", "facets bounds cells ids chosen")
-# Cells of the grid: at most so many a facet, and so many more.
+# Most cells of the grid: this number per facet, plus a constant.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
 # Cells grow by this factor until they are few enough.
 WIDER = 1.25
@@ -34,7 +34,7 @@ def _extents(points, facets):
 
 @kernel
 def _by_layer(points, facets, grid):
-    """Return the facets (m,) by first layers, where those of each start, and the most in one layer."""
+    """Return facets (m,) sorted by first layer, the start of each layer, and the most facets in a layer."""
     layers = grid.shape[0]
     first, start, change = (
         np.empty(len(facets), np.int32),
@@ -220,7 +220,7 @@ def intersecting_pairs(
     with one of these facets are looked for.
     """
     facets = np.require(facets, np.int32, ["C", "W"])
-    points = np.require(points, np.float64, ["C", "W"])  # read-only arrays would be compiled for anew
+    points = np.require(points, np.float64, ["C", "W"])  # kernels would compile again for read-only arrays
     if len(facets) < 2:
         return np.zeros((0, 2), np.int64)
     extent, least, most = _extents(points, facets)

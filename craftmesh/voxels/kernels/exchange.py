@@ -81,7 +81,7 @@ def _holds(padded, strides, v, old, mark):
 def _connected(padded, strides, v, old, beside, reach, mark):
     """Return True if paths in grain `old`, within `reach` of v along each axis, connect all of `beside`.
 
-    beside (k,): face neighbours of v in the grain; mark (n,) int32: scratch, zeros before and after.
+    `beside` (k,): face neighbours of v in the grain; mark (n,) int32: scratch, zeros before and after.
     """
     width = 2 * reach + 1
     queue = np.empty((width**3, 4), np.int64)
