@@ -119,7 +119,10 @@ def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Me
 
 
 def _with_lips(name: str, blocks: list[np.ndarray], new: list[tuple[str, np.ndarray]]) -> list[np.ndarray]:
-    """Return an array of cell data with values for the new blocks: 0, or new numbers of Gmsh's groups."""
+    """Return the cell data `blocks` of a name, extended by arrays for the new cell blocks.
+
+    new: type and cells of each new block. Values are 0, or new group numbers for Gmsh's tags.
+    """
     first = 1 + max((int(block.max(initial=0)) for block in blocks), default=0) if name in _TAGS else 0
     like = np.asarray(blocks[0])
     values = [first + k if name in _TAGS else 0 for k in range(len(new))]

@@ -62,9 +62,10 @@ def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | N
 
 
 def _of_solver(settings: Mapping, folder: Path) -> list[str]:
-    """Return the fields that an external solver supplies, or the files with absolute paths in its commands.
+    """Return paths of files that a case's solver needs, besides the mesh.
 
-    settings: the case's configuration; folder: the increment's, to which fields are written.
+    These are the displacement files of solver external, else files with absolute paths in the solver's
+    commands. settings: the case's configuration; folder: of the increment, for displacement files.
     """
     keys = settings["solve"]
     if keys["solver"] == EXTERNAL:

@@ -106,7 +106,10 @@ def _expanded(key: str, text: str) -> str:
 
 
 def _for_commands(key: str, path: str) -> str:
-    """Return `path` for rules and commands, absolute if it begins with `-`; raises CraftmeshError."""
+    """Return `path` for rules and commands, absolute if it begins with `-`.
+
+    Raises CraftmeshError for braces, <name>, URLs, line breaks and other letters that commands cannot take.
+    """
     found = _FILLED_IN.search(path)
     if found:
         raise CraftmeshError(

@@ -22,7 +22,7 @@ def campaign_record(campaign: Campaign) -> str:
 
 
 def solved_for_report(campaign: Campaign) -> set[str]:
-    """Return the names of cases in sweeps, if `report.quantity` needs their solutions; else none."""
+    """Return the names of all cases in sweeps if `report.quantity` needs solutions, else an empty set."""
     if campaign.config["report"]["quantity"] not in SOLVED:
         return set()
     asked = _cases(campaign)

@@ -19,7 +19,7 @@ _PROGRESS = re.compile(r"\w+ +(\d+)% ")  # a line of `ProgressLine` in a log
 
 
 class Job(NamedTuple):
-    """A stage of an increment, or of the whole case if `increment` is empty; name: that of its log."""
+    """A stage of an increment, or of the whole case if `increment` is empty; name: of its log file."""
 
     increment: str
     name: str

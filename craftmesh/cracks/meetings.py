@@ -25,7 +25,11 @@ class Traces(NamedTuple):
 
 
 class Oblique(NamedTuple):
-    """A boundary that the crack meets at a small angle: its sides and kind; least angle, length, place."""
+    """A boundary that the crack meets at a small angle.
+
+    sides, kind: of the boundary's facets; angle: the smallest, in degrees; length: of the trace at small
+    angles; place (3,): where the angle is smallest.
+    """
 
     sides: tuple[int, int]
     kind: int

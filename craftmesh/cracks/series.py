@@ -40,7 +40,7 @@ def prescribed_crack(box: np.ndarray, options: CrackOptions, increment: int = 0)
 
 
 def _ellipse(sizes: tuple[float, float]) -> np.ndarray:
-    """Return points (k, 2) of the ellipse with semi-axes `sizes`; its chords keep to SAGITTA."""
+    """Return points (k, 2) of the ellipse with semi-axes `sizes`; its chords are within SAGITTA of it."""
     ratio = max(sizes) / min(sizes)
     count = int(np.ceil(np.pi * ratio**0.5 / np.sqrt(2 * SAGITTA)))
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)

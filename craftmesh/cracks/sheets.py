@@ -51,7 +51,10 @@ def _by_place(sheet: Crack) -> Crack:
 
 
 def _from_least(front: np.ndarray) -> list[int]:
-    """Return a front from its lower end on; a closed one from its lowest id to the lower neighbour."""
+    """Return a front's ids in an order independent of its direction and start.
+
+    An open front begins at its lower end id, a closed front at its lowest id, towards the lower neighbour.
+    """
     if front[0] != front[-1]:
         return min(front.tolist(), front[::-1].tolist())
     start = int(np.argmin(front))

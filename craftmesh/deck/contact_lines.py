@@ -36,11 +36,11 @@ def contact_lines(model: ElasticModel) -> Iterator[str]:
 
 
 def plate_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
-    """Yield a disc on both planes of the box that `load` moves and holds, in frictionless contact with it.
+    """Yield lines of rigid discs in frictionless contact with the box planes that `load` holds and moves.
 
-    The disc is an analytical rigid surface of revolution. It touches the body on the left of its profile,
+    A disc is an analytical rigid surface of revolution. It touches the body on the left of its profile,
     which runs outwards from START to LINE: left is the side of the second axis point, inside the body. The
-    number of its reference node follows the mesh's numbers.
+    numbers of the reference nodes follow the mesh's node numbers.
     """
     yield "*SURFACE INTERACTION, NAME=PLATES\n"
     middle, half = mesh.box.mean(axis=0), np.ptp(mesh.box, axis=0) / 2

@@ -27,7 +27,7 @@ class FaceTractions:
     traction: np.ndarray
 
     def on(self, faces: np.ndarray) -> np.ndarray:
-        """Return the tractions (k, q, 3) of faces (k, 2), 0 on faces that have none."""
+        """Return tractions (k, q, 3) at the q points of each face (k, 2), 0 on faces without tractions."""
         key, own = (rows @ np.array([4, 1]) for rows in (faces, self.faces))
         order = np.argsort(key)
         first = np.searchsorted(key, own, sorter=order)

@@ -73,8 +73,8 @@ def reasons(
 class CrackFronts(NamedTuple):
     """The fronts of a crack.
 
-    size: crack size; rows: the rows of each front; edge: edge length of the fronts; error: median error of
-    K.
+    size: crack size, in model units; rows: indices of the points of each front; edge: edge length of the
+    fronts; error: median estimated error of K.
     """
 
     size: float

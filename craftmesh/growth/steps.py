@@ -81,7 +81,7 @@ def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
 
 
 def cycles_over(step: float, size: float, rate: float, growth: float) -> float:
-    """Return the load cycles of a step from a crack of that size: da/dN is `rate`, and ~ size^growth."""
+    """Return the load cycles of a step from a crack of a size; da/dN begins with `rate`, ~ size^growth."""
     stretch, left = math.log1p(step / size), 1 - growth
     return size / rate * (math.expm1(left * stretch) / left if left else stretch)
 

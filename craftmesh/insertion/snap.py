@@ -148,7 +148,10 @@ def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> 
 
 
 def _off_front(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Return distances (k,) of targets from an earlier crack's front if points `rows` are on it, else 0."""
+    """Return distances (k,) of targets (k, 3) from an earlier crack's front; 0 for points not on a front.
+
+    rows (k,): ids of the points that move to the targets.
+    """
     front = front_edges(Surface(surface.points, surface.facets, surface.sides, surface.kind))
     at = np.full(len(surface.points), -1)
     at[rows] = np.arange(len(rows))

@@ -189,7 +189,10 @@ def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: Si
 
 
 def _corners_off(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the largest distance (n,) of a front's corners from the chords that cut them off, else 0."""
+    """Return the largest distance (n,) of skipped front corners from each chord, 0 if it skips none.
+
+    start, end (n,): arc lengths of the chords' ends on the front.
+    """
     most = np.zeros(len(start))
     for corner in sheet.rim.corners_ahead(front).tolist():
         cut = np.flatnonzero((start < corner) & (corner < end))

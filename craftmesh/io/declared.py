@@ -132,7 +132,7 @@ def data_file(header: Path, key: str, name: str) -> Path:
 
 @contextmanager
 def heard(library: str) -> Iterator[list[str]]:
-    """Yield a list to which the warnings and errors that a library logs in the block are appended."""
+    """Yield a list that collects the warnings and errors that a library logs within the block."""
     said: list[str] = []
     listener = logging.Handler(logging.WARNING)
     listener.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]

@@ -191,7 +191,7 @@ def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], the
 
 
 def _fault(path: str | os.PathLike, error: Exception) -> str:
-    """Return the reason for a read error as text; numpy's own calls any other file Python objects."""
+    """Return the reason for a read error as text; numpy's message for other file formats is misleading."""
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     return str(error) if zipfile.is_zipfile(path) else "not a zip archive, or truncated"

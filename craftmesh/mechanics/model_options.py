@@ -127,7 +127,7 @@ class ModelOptions(Options):
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
-        """The sums of load cases that are asked for, by `combinations_of`."""
+        """The sums of load cases in the option `combine`, by `combinations_of`."""
         return combinations_of(parse_faces(self.faces), self.cases, self.combine)
 
     @property

@@ -106,14 +106,17 @@ def _turn(corners: np.ndarray, middle: np.ndarray, first: np.ndarray) -> tuple[n
 
 
 def _in_two(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the two parts of each facet with one split edge."""
+    """Return two arrays (m, 3): the parts of facets `corners` (m, 3) that have one split edge.
+
+    middle (m, 3): id of the new point on each edge, -1 if not split.
+    """
     corners, middle = _turn(corners, middle, np.argmax(middle >= 0, axis=1))
     (a, b, c), m = corners.T, middle[:, 0]
     return np.stack([a, m, c], axis=1), np.stack([m, b, c], axis=1)
 
 
 def _in_three(corners: np.ndarray, middle: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the three parts of each facet with two split edges, divided by the shorter diagonal."""
+    """Return three arrays (m, 3): the parts of facets with two split edges, by the shorter diagonal."""
     corners, middle = _turn(corners, middle, np.argmax(middle < 0, axis=1))
     (a, b, c), (_, bc, ca) = corners.T, middle.T
     to_a = np.linalg.norm(points[a] - points[bc], axis=1) <= np.linalg.norm(points[b] - points[ca], axis=1)

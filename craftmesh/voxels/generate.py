@@ -135,7 +135,7 @@ def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
 
 
 def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
-    """Put balls into the grains with most space: single grains first, then balls halved into two grains."""
+    """Embed balls in the grains with most space: first single grains, then balls of two half grains."""
     wanted = options.embedded_grains + options.embedded_pairs
     if not wanted:
         return

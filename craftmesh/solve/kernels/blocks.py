@@ -70,7 +70,7 @@ def negative_upper(start, column, upper, x, out):
 
 @lean_kernel
 def subtract_lower(start, column, upper, x, out):
-    """Subtract L x from `out`."""
+    """Subtract L x from `out` (n, 3), in place; L, the lower part, is given by the rows of U."""
     for i in range(len(x)):
         x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
         for place in range(start[i], start[i + 1]):

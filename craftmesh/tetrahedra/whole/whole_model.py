@@ -154,7 +154,7 @@ def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
 
 
 class _OneMesh:
-    """The only mesh of a job of one task; a Listener of `run_tasks`."""
+    """A Listener of `run_tasks` for a job with one task; it stores the mesh and raises the failure."""
 
     def on_done(self, _: TetWildTask, value: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
         self.mesh = (*value, seconds)
