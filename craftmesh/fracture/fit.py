@@ -65,7 +65,7 @@ class FrontLine:
         return np.interp(s, self.s, values, period=self.total if self.closed else None)
 
     def near(self, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return a mask (k,) of nodes within radius (k,), along the front, of an arc length in places (m,)."""
+        """Return a mask (k,) of nodes within radius (k,) along the front of a place (m,), an arc length."""
         way = ways_along(self.s, places, self.total, self.closed)
         return way.min(axis=1, initial=np.inf) < radius
 

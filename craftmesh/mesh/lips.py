@@ -67,7 +67,7 @@ def lip_pairs(mesh: TetMesh) -> LipPairs:
 
 
 def _places(points: np.ndarray, nodes: list[np.ndarray]) -> list[np.ndarray]:
-    """Return position numbers of nodes, equal for coincident nodes, in arrays with the shapes of `nodes`."""
+    """Return position numbers of nodes, equal for coincident nodes, in arrays shaped as `nodes`."""
     flat = np.concatenate([own.ravel() for own in nodes])
     _, place = np.unique(points[flat], axis=0, return_inverse=True)
     parts = np.split(place.ravel(), [nodes[0].size])
