@@ -33,7 +33,7 @@ def test_links_and_pictures_lead_to_files(site):
 
 def test_code_within_a_list_stays_code(site):
     text = (site / "index.html").read_text()
-    listed = text[text.index("Name the microstructure in a sheet") :]
+    listed = text[text.index("Name the microstructure in a case table") :]
     assert "mine" in listed[listed.index("<code") : listed.index("</code>")]
     assert listed.index("</ol>") > listed.index("craftmesh run mine.yaml")  # three items of one list
 
