@@ -8,7 +8,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.stage_io import of_suffix
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.extras import extra
 from craftmesh.io.volume_format import SUFFIXES
 from craftmesh.mesh.mesh_sets import is_lip
@@ -118,13 +118,15 @@ def view_deck(file: Path) -> bytes:
 
 def view_front(file: Path) -> bytes:
     """Return a picture of K along the fronts of a sif.csv, or of the fronts if there is no K."""
-    from craftmesh.io.front_csv import read_front, read_fronts
+    from craftmesh.io.front_csv import read_fronts
+    from craftmesh.report.case_files import front_with_flags
 
-    columns = read_front(file)
-    if "K_I" in columns and "kink_angle" in columns:
-        from craftmesh.report.pictures import along_front, as_png
+    columns = front_with_flags(existing(file))
+    if columns and "K_I" in columns:
+        from craftmesh.report.charts import along_front
+        from craftmesh.report.pictures import as_png
 
-        return as_png(along_front({file.parent.name: columns}))
+        return as_png(*along_front({file.parent.name: columns}))
     from craftmesh.report.views import fronts_picture
 
     return fronts_picture(read_fronts(file))

@@ -80,6 +80,12 @@ def read_labels(path: str | os.PathLike) -> Voxels:
     return Voxels(*place, orientations, phases, _crystals(path, arrays), of_voxels)
 
 
+def read_crystals(path: str | os.PathLike) -> dict[int, Crystal]:
+    """Return the crystals by phase in an .npz of `write_labels`, without reading its labels."""
+    with np.load(path) as arrays:
+        return _crystals(path, arrays)
+
+
 def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     """Read `labels` (or `dataset`), spacing, origin, orientations and phases from an .npz.
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import scipy
 
-from craftmesh.mechanics.materials import Material, turned
+from craftmesh.mechanics.materials import Material, parse_materials, turned
 from craftmesh.types import Crystal
 
 # Rotations (axis, degrees) that leave the elastic constants of every crystal class of a structure
@@ -76,3 +76,22 @@ def known_material(crystal: Crystal) -> tuple[str, str, bool]:
     if metal is None:
         return "isotropic:200000,0.3", f"isotropic, for a {crystal.structure} crystal's constants", True
     return METALS[metal], metal, True
+
+
+def described_materials(
+    materials: Mapping[int | None, Material], crystals: Mapping[int, Crystal]
+) -> dict[int | None, str]:
+    """Return words for each material by its key: a metal's name if known, and whether it only stands in.
+
+    crystals: by phase, as in `Voxels`; a material for all phases (key None) is that of phase 0.
+    """
+    found = {}
+    for phase, material in materials.items():
+        text, what, is_stand_in = known_material(crystals.get(phase or 0, Crystal()))
+        words = f"{material.kind} {', '.join(f'{x:g}' for x in material.constants)}"
+        metals = [name for name, known in METALS.items() if parse_materials([known])[None] == material]
+        if is_stand_in and parse_materials([text])[None] == material:
+            own = " ".join(" ".join(crystals.get(phase or 0, Crystal())).split()) or "an unnamed material"
+            words = f"{what}, which stands in for {own}; give yours as inp.material"
+        found[phase] = f"{metals[0]} ({words})" if metals and not words.startswith(metals[0]) else words
+    return found

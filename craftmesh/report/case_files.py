@@ -14,10 +14,11 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import front_table, read_front
 from craftmesh.io.json_file import read_json, write_json
+from craftmesh.io.npz import read_crystals
 from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
-from craftmesh.types import Crack
+from craftmesh.types import Crack, Crystal
 
 
 class Stage(NamedTuple):
@@ -113,7 +114,8 @@ class Increment:
     quality: quality.json; lengths: of Eq. 3 by name; front: columns of sif.csv; growth: growth.json; crack:
     crack.vtp; size: crack size in fracture.json; reaction: half the sum of the reactions' absolute values,
     along the axis where this is largest; history: as in `Solution`; at_fronts: entries "front ..." of the
-    record of the solution; pictures: .webp by name; scene: scene.json; digests: SHA-256 of files by name.
+    record of the solution; pictures: .svg by name; opened: opened.webp; scene: scene.json; digests: SHA-256
+    of files by name.
     """
 
     name: str
@@ -126,18 +128,20 @@ class Increment:
     reaction: float | None
     history: Mapping[str, np.ndarray]
     at_fronts: Mapping[str, float]
-    pictures: Mapping[str, bytes]
+    pictures: Mapping[str, str]
+    opened: bytes | None
     scene: Mapping[str, Any] | None
     digests: Mapping[str, str]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A case. record: case.json; imported: import.json; digests: SHA-256 of files; costs: by stage."""
+    """A case. record: case.json; imported: import.json; crystals: by phase; digests: SHA-256 of files."""
 
     name: str
     record: Mapping[str, Any]
     imported: Mapping[str, Any]
+    crystals: Mapping[int, Crystal]
     digests: Mapping[str, str]
     increments: list[Increment]
     costs: list[Cost]
@@ -163,12 +167,13 @@ def read_case(folder: Path) -> Case:
         increments.append(_increment(place))
         if has_ended(record, increments[-1]):
             break
-    report = folder / "import.json"
+    report, labels = folder / "import.json", folder / "labels.npz"
     return Case(
         name=folder.name,
         record=record,
         imported=read_json(report) if report.is_file() else {},
-        digests=_digests(folder, ("labels.npz",)),
+        crystals=read_crystals(labels) if labels.is_file() else {},
+        digests=_digests(folder, (labels.name,)),
         increments=increments,
         costs=stage_costs(folder.parent / "benchmarks" / folder.name, [inc.name for inc in increments]),
     )
@@ -179,33 +184,40 @@ def has_ended(record: Mapping[str, Any], increment: Increment) -> bool:
     return record["growth"] != "prescribed" and bool(increment.growth and increment.growth["ended"])
 
 
+def is_complete(case: Case) -> bool:
+    """Return True if a case has all increments of its record, or those up to the end of its crack."""
+    done = case.increments
+    return len(done) == case.record["increments"] or bool(done and has_ended(case.record, done[-1]))
+
+
 def _increment(folder: Path) -> Increment:
     path = folder / "solution.npz"
     solution = read_solution(path) if path.is_file() else None
     record = {} if solution is None else solution.record
-    scene, growth = folder / "pictures" / "scene.json", folder / "growth.json"
-    fracture = folder / "fracture.json"
+    scene, opened = (folder / "pictures" / name for name in ("scene.json", "opened.webp"))
+    fracture, growth = folder / "fracture.json", folder / "growth.json"
     sizing, front, crack = (folder / name for name in ("sizing.npz", "sif.csv", "crack.vtp"))
-    drawn = {name: folder / "pictures" / f"{name}.webp" for name in PICTURES}
+    drawn = {name: folder / "pictures" / f"{name}.svg" for name in PICTURES}
     lengths = read_sizing(sizing) if sizing.is_file() else {}
     return Increment(
         name=folder.name,
         quality=read_json(folder / "quality.json"),
         lengths={name: float(lengths[name]) for name in SIZES if lengths},
-        front=_front(front),
+        front=front_with_flags(front),
         growth=read_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,
         size=read_json(fracture).get("growth", {}).get("size") if fracture.is_file() else None,
         reaction=None if solution is None else float(np.abs(solution.reactions).sum(axis=0).max() / 2),
         history={} if solution is None else solution.history,
         at_fronts={name: float(x) for name, x in record.items() if name.startswith("front ")},
-        pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
+        pictures={name: path.read_text(encoding="utf-8") for name, path in drawn.items() if path.is_file()},
+        opened=opened.read_bytes() if opened.is_file() else None,
         scene=read_json(scene) if scene.is_file() else None,
         digests=_digests(folder, ("model.inp", "model_mesh.inp", "volume.vtu")),
     )
 
 
-def _front(path: Path) -> dict[str, np.ndarray] | None:
+def front_with_flags(path: Path) -> dict[str, np.ndarray] | None:
     """Return the columns of a sif.csv; None if the file does not exist or has no rows (no front left)."""
     table = front_table(path) if path.is_file() else None
     if table is None or not table.rows:
@@ -247,8 +259,7 @@ def failures(case: Case, results: Path) -> list[Failure]:
 
     If no log ends in an error, there is one entry that says so: jobs wait, run or were killed.
     """
-    done = case.increments
-    if len(done) == case.record["increments"] or (done and has_ended(case.record, done[-1])):
+    if is_complete(case):
         return []
     told = log_errors(results, case.name)
     return told or [Failure(case.name, "", "not made yet, and no log ends in an error")]

@@ -12,12 +12,11 @@ import numpy as np
 
 from craftmesh.extras import extra
 from craftmesh.report.case_files import Case, Increment
-from craftmesh.report.measures import of_trusted
-from craftmesh.report.pictures import COLOURS, new_figure, plain, with_unit
+from craftmesh.report.measures import of_trusted, trust_of
+from craftmesh.report.pictures import line_colours, new_figure, plain, with_unit
 from craftmesh.report.sweeps import FEWEST, QUANTITIES, SOLVED, Sweep
 
 with extra("pictures"):
-    import matplotlib
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -27,8 +26,10 @@ HISTOGRAMS = {
     "dihedral_min": "smallest dihedral angle [degrees]",
     "dihedral_max": "largest dihedral angle [degrees]",
 }
-BAR, JUDGED, GOOD = "#3b6ea5", "#3b6ea5", "#2e8b57"
-PER_ROW = 3
+BAR, GOOD = "#3b6ea5", "#2e8b57"  # both stand out from a white page and from a dark one
+STYLES = ("-", "--", ":", "-.")  # line styles of the fronts of one crack
+BAND = 0.2  # opacity of bands
+ROOM = 0.15  # above and below reliable values with their errors, over their range
 
 
 class Converged(NamedTuple):
@@ -111,31 +112,77 @@ VALUES: dict[str, Callable[[Increment], float | None]] = {
 }
 
 
-def histograms(qualities: Mapping[str, Mapping]) -> Figure:
-    """Return a figure of quality.json's histograms by increment: bars for the last, lines for others."""
-    figure = new_figure(11.0, 3.2)
-    last = list(qualities)[-1]
-    colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(qualities)))
-    for axes, (key, label) in zip(figure.subplots(1, len(HISTOGRAMS)), HISTOGRAMS.items()):
-        for (name, quality), colour in zip(qualities.items(), colours):
-            histogram = quality["histograms"][key]
-            share = 100 * np.array(histogram["counts"]) / max(sum(histogram["counts"]), 1)
-            if name == last:
-                _bars(axes, share, histogram["edges"])
-            else:
-                axes.step(np.arange(len(share)), share, where="mid", color=colour, lw=1, label=name)
-        axes.set_xlabel(label)
-        axes.set_ylabel("fraction of the elements [%]")
-    handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        axes.legend(handles, labels, title="earlier increments", fontsize=7, title_fontsize=7)
-    figure.tight_layout()
+def panel(x: str, y: str) -> tuple[Figure, Axes]:
+    """Return a figure with one chart, and its axes with the labels x and y, formulas in which are drawn."""
+    figure = new_figure(4.4, 3.2)
+    figure.set_layout_engine("constrained")
+    axes = figure.add_subplot()
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.grid(alpha=0.3)
+    return figure, axes
+
+
+def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") -> list[Figure]:
+    """Return charts of K_I, K_II, K_III and the kink angle along the fronts, a line per increment.
+
+    rows: columns of sif.csv by increment name; unit: of K. The arc length s is divided by each front's
+    largest s. Lines join reliable nodes, in a band of the error of K; other nodes are open marks, and those
+    beyond the axes are not shown.
+    """
+    keys = ("K_I", "K_II", "K_III", "kink_angle")
+    return [
+        _along_front(key, rows, unit) for key in keys if all(key in columns for columns in rows.values())
+    ]
+
+
+def _along_front(key: str, rows: Mapping[str, Mapping[str, np.ndarray]], unit: str) -> Figure:
+    figure, axes = panel("arc length along the front / its length", with_unit(key, unit))
+    reliable = []
+    for colour, front in zip(line_colours(len(rows)), rows.values()):
+        steers, doubted = trust_of(front)
+        error = front["error"] if key != "kink_angle" and "error" in front else np.zeros(len(steers))
+        for number in np.unique(front["front"]):
+            own = front["front"] == number
+            s, values = front["s"][own] / max(front["s"][own].max(), 1e-300), front[key][own]
+            kept = np.where(steers[own] & (number not in doubted), values, np.nan)
+            band = np.stack([kept - error[own], kept + error[own]])
+            axes.fill_between(s, *band, color=colour, alpha=BAND, lw=0)
+            axes.plot(
+                s, kept, STYLES[int(number - 1) % len(STYLES)], color=colour, marker=".", markersize=3
+            )
+            flagged = np.isnan(kept)
+            axes.plot(s[flagged], values[flagged], "o", color=colour, markersize=4, fillstyle="none")
+            reliable.append(band[np.isfinite(band)])
+    known = np.concatenate(reliable)
+    if len(known) and np.ptp(known) > 0:
+        room = ROOM * np.ptp(known)
+        axes.set_ylim(known.min() - room, known.max() + room)
     return figure
 
 
-def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None]) -> None:
+def histograms(qualities: Mapping[str, Mapping]) -> list[Figure]:
+    """Return charts of quality.json's histograms by increment: bars for the last, lines for others."""
+    return [_histogram(key, label, qualities) for key, label in HISTOGRAMS.items()]
+
+
+def _histogram(key: str, label: str, qualities: Mapping[str, Mapping]) -> Figure:
+    figure, axes = panel(label, "fraction of the elements [%]")
+    axes.grid(visible=False)
+    for quality, colour in zip(qualities.values(), line_colours(len(qualities))):
+        histogram = quality["histograms"][key]
+        share = 100 * np.array(histogram["counts"]) / max(sum(histogram["counts"]), 1)
+        if quality is list(qualities.values())[-1]:
+            _bars(axes, share, histogram["edges"], colour)
+        else:
+            axes.step(np.arange(len(share)), share, where="mid", color=colour, lw=1)
+    return figure
+
+
+def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None], colour: str) -> None:
     """Draw bars of equal width, heights `share` (%), labelled if > 0, with bin `edges` as tick labels."""
-    axes.bar(np.arange(len(share)), share, width=0.92, color=BAR)
+    axes.bar(np.arange(len(share)), share, width=0.92, color=colour)
     for place, value in enumerate(share):
         if value > 0:
             text = f"{value:.0f}" if value >= 9.5 else f"{value:.1g}"
@@ -149,82 +196,72 @@ def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None]) -> None:
 
 
 def against_size(
-    sweep: Sweep, found: Sequence[Converged], tolerance: float, words: Mapping[str, str] = QUANTITIES
-) -> Figure:
-    """Return a figure of quantities against a sweep's sizes, on a log axis, with the tolerance as a band.
+    sweep: Sweep, found: Sequence[Converged], tolerance: float, words: Mapping[str, str], length: str = ""
+) -> list[Figure]:
+    """Return charts of quantities against a sweep's sizes, on a log axis, with the tolerance as a band.
 
-    words: titles of the quantities.
+    words: names of the quantities; length: unit of the sizes.
     """
-    columns = min(PER_ROW, len(found))
-    rows = -(-len(found) // columns)
-    figure = new_figure(11.0 * columns / PER_ROW, 2.9 * rows)
-    places = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, one in zip(places, found):
-        known = [(size, value) for size, value in zip(sweep.sizes, one.values) if value is not None]
-        sizes, values = zip(*known)
+    figures = []
+    for one in found:
+        figure, axes = panel(with_unit(sweep.key, length), plain(words[one.quantity]))
+        known = {size: value for size, value in zip(sweep.sizes, one.values) if value is not None}
         if one.judged:
-            reach = tolerance * abs(values[-1])
-            axes.axhspan(values[-1] - reach, values[-1] + reach, color=GOOD, alpha=0.15, lw=0)
-        axes.plot(sizes, values, "o-", color=JUDGED, markersize=4)
+            finest = known[min(known)]
+            reach = tolerance * abs(finest)
+            axes.axhspan(finest - reach, finest + reach, color=GOOD, alpha=BAND, lw=0)
+        axes.plot(list(known), list(known.values()), "o-", color=BAR, markersize=4)
         if one.size is not None:
-            axes.plot(one.size, dict(known)[one.size], "o", color=GOOD, markersize=9, fillstyle="none")
+            axes.plot(one.size, known[one.size], "o", color=GOOD, markersize=9, fillstyle="none")
         axes.set_xscale("log")
-        axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
+        axes.set_xticks(list(known), [f"{size:g}" for size in known])
         axes.minorticks_off()
         axes.invert_xaxis()
-        axes.set_xlabel(sweep.key)
-        axes.set_title(plain(words[one.quantity]), fontsize=9)
-        axes.grid(alpha=0.3)
-    for axes in places[len(found) :]:
-        axes.set_axis_off()
-    figure.tight_layout()
-    return figure
+        figures.append(figure)
+    return figures
 
 
-def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> Figure | None:
-    """Return a figure of K, kink angle and load cycles against crack size, with mean and range.
+def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> list[Figure]:
+    """Return charts of K, kink angle and load cycles against crack size, with mean and range.
 
-    Nodes that are not trusted are left out. units: names by quantity. None if fewer than two increments
-    have a size and a front.
+    Nodes that are not trusted are left out, and cycles are in the band of their error. units: names by
+    quantity. No chart if fewer than two increments have a size and a front.
     """
-    known = [one for one in increments if one.size is not None and one.front is not None]
+    known = [(one.size, one.front) for one in increments if one.size is not None and one.front is not None]
     if len(known) < 2:
-        return None
-    size = [one.size for one in known]
-    cycles = [one.front["cycles"][0] for one in known if one.front is not None and "cycles" in one.front]
-    panels = [
-        key
-        for key in ("K_I", "K_II", "K_III", "kink_angle")
-        if all(key in (one.front or {}) for one in known)
-    ]
-    figure = new_figure(11.0, 2.9)
-    places = figure.subplots(1, len(panels) + (len(cycles) == len(known)), squeeze=False)[0]
-    for axes, key in zip(places, panels):
-        values = [of_trusted(one.front, key) for one in known if one.front is not None]
-        axes.fill_between(
-            size, [np.nanmin(v) for v in values], [np.nanmax(v) for v in values], color=BAR, alpha=0.2, lw=0
-        )
-        axes.plot(size, [np.nanmean(v) for v in values], "o-", color=BAR, markersize=4)
-        axes.set_title(with_unit(key, units.get("K", "")), fontsize=9)
-    if len(cycles) == len(known):
-        places[-1].plot(size, cycles, "o-", color=BAR, markersize=4)
-        places[-1].set_title("load cycles", fontsize=9)
-    for axes in places:
-        axes.set_xlabel(plain(f"crack size [{units['length']}]" if "length" in units else "crack size"))
-        axes.grid(alpha=0.3)
-    figure.tight_layout()
-    return figure
+        return []
+    sizes = [size for size, _ in known]
+    figures = []
+    for key in ("K_I", "K_II", "K_III", "kink_angle", "cycles"):
+        if not all(key in front for _, front in known):
+            continue
+        rows = [_cycles(front) if key == "cycles" else _range(front, key) for _, front in known]
+        middle, low, high = np.transpose(rows)
+        label = "load cycles" if key == "cycles" else with_unit(key, units.get("K", ""))
+        figure, axes = panel(with_unit("crack size", units.get("length", "")), label)
+        axes.fill_between(sizes, low, high, color=BAR, alpha=BAND, lw=0)
+        axes.plot(sizes, middle, "o-", color=BAR, markersize=4)
+        figures.append(figure)
+    return figures
+
+
+def _range(front: Mapping[str, np.ndarray], key: str) -> tuple[float, float, float]:
+    """Return mean, minimum and maximum of a column of sif.csv at reliable nodes."""
+    values = of_trusted(front, key)
+    return np.nanmean(values), np.nanmin(values), np.nanmax(values)
+
+
+def _cycles(front: Mapping[str, np.ndarray]) -> tuple[float, float, float]:
+    """Return the load cycles of a sif.csv, and these less and plus their error."""
+    cycles, doubt = front["cycles"][0], np.nan_to_num(front["cycles_doubt"][0])
+    return cycles, cycles - doubt, cycles + doubt
 
 
 def loops(history: Mapping[str, np.ndarray], unit: str) -> Figure:
     """Return a figure of nominal stress against strain of each face; history: as in `Solution`."""
-    figure = new_figure(6.0, 4.4)
-    axes = figure.add_subplot()
-    for name in [name.removesuffix(" strain") for name in history if name.endswith(" strain")]:
-        axes.plot(history[f"{name} strain"], history[f"{name} stress"], lw=1.2, label=name)
-    axes.set_xlabel("nominal strain")
-    axes.set_ylabel("nominal stress" + f" [{unit}]" * bool(unit))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
-    figure.tight_layout()
+    figure, axes = panel("nominal strain", with_unit("nominal stress", unit))
+    names = [name.removesuffix(" strain") for name in history if name.endswith(" strain")]
+    for name, colour in zip(names, line_colours(len(names))):
+        axes.plot(history[f"{name} strain"], history[f"{name} stress"], lw=1.2, color=colour, label=name)
+    axes.legend(fontsize=8, frameon=False)
     return figure

@@ -1,12 +1,15 @@
 """The numbers in the report: the paper's table of elements, and the growth of cracks."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from craftmesh.growth.trust import Trust, doubted_sentence, trusted
-from craftmesh.report.case_files import Case, Increment
+from craftmesh.mechanics.crystals import described_materials
+from craftmesh.mechanics.materials import parse_materials
+from craftmesh.report.case_files import Case, Failure, Increment
 
 # Tetrahedra per cube of the edge length in a uniform mesh. Measured on the demo's volume with edges of 1.5,
 # 1.2 and 0.9: 11.6, 10.9 and 10.4, less with less influence of the surface. The smallest is used, so that
@@ -103,6 +106,62 @@ def of_trusted(front: Mapping[str, np.ndarray], column: str) -> np.ndarray:
     """Return a column of sif.csv at the nodes that steer growth, or at all nodes if these have no value."""
     own = front[column][trust_of(front).steers]
     return own if np.isfinite(own).any() else front[column]
+
+
+class Verdict(NamedTuple):
+    """Whether all cases are made, a sentence, and the numbers of cases by outcome in words."""
+
+    is_good: bool
+    sentence: str
+    counts: str
+
+
+def verdict(cases: Sequence[Case], failed: Sequence[Failure]) -> Verdict:
+    """Return the verdict on cases with increments and on failures of cases with missing increments."""
+    lacking = {one.case for one in failed}
+    wrong = {one.case for one in failed if one.log}
+    asked = len(lacking | {case.name for case in cases})
+    parts = [f"{asked - len(lacking)} of {asked} made"]
+    parts += [f"{len(wrong)} failed"] * bool(wrong) + [f"{len(lacking - wrong)} unfinished"] * (
+        lacking != wrong
+    )
+    sentence = "All cases are made" if asked > 1 else "The case is made"
+    if lacking:
+        sentence = f"Not all is made: {', '.join(sorted(lacking))}"
+    return Verdict(not lacking, sentence, ", ".join(parts))
+
+
+def materials(case: Case) -> str:
+    """Return a sentence that names a case's materials, and says where the file does not name them."""
+    inp = case.record["config"].get("inp", {})
+    if inp.get("user_material"):
+        return f"{Path(inp['user_material']).name}, a user material"
+    given = parse_materials(inp["material"]) if inp.get("material") else {}
+    return "; ".join(
+        f"phase {phase} is {words}" if phase is not None else words
+        for phase, words in described_materials(given, case.crystals).items()
+    )
+
+
+def life(case: Case) -> str:
+    """Return a sentence with the load cycles to the last crack and their estimated error, or why none."""
+    counted = [(row.cycles, row.increment) for row in grown_rows(case) if row.cycles]
+    if counted:
+        cycles, name = counted[-1]
+        return f"{with_error(*cycles)} load cycles to the crack of increment {name}"
+    if case.record["growth"] == "prescribed":
+        return "no cycles, as the crack is prescribed; growth in the case table lets it grow"
+    return "no growth law given; set grow.coefficient or grow.rates"
+
+
+def with_error(value: float, error: float) -> str:
+    """Return "value ± error", the error with two digits and the value to the same place."""
+    if not (np.isfinite(error) and error > 0):
+        return f"{value:.2g}"
+    place = 1 - int(np.floor(np.log10(error)))
+    return " ± ".join(
+        f"{round(x, place):,.{max(place, 0)}f}".replace(",", "\u202f") for x in (value, error)
+    )
 
 
 def outcome(case: Case) -> str:

@@ -1,6 +1,5 @@
 """Pictures of an increment: grains, element sizes, crack, deformed body, stress and slip."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -8,64 +7,70 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.extras import extra
 from craftmesh.mechanics.materials import COMPONENT
+from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.report.pictures import (
     BELOW,
     COLOURS,
+    FRONT,
     GRAINS,
+    PIXELS,
+    body_axes,
+    box_edges,
     deformed_body,
     draw_body,
     scale_of,
-    two_pictures,
     value_on_plane,
+    with_unit,
 )
-from craftmesh.report.shaded import View, view_from
+from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import Facets, ShownMesh
 from craftmesh.types import Solution, TetMesh
 
 with extra("pictures"):
     import matplotlib
-    from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize, to_rgb
     from matplotlib.figure import Figure
 
 LIP = to_rgb("antiquewhite")  # colour of the crack face in pictures by grain
-FRONT = "crimson"
 
 
-def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
-    """Return figures by name: `grains`, `sizes` and, if there is a crack, `crack`."""
-    whole = view_from(shown.towards, shown.points)
+def mesh_pictures(shown: ShownMesh, length: str = "") -> dict[str, Figure]:
+    """Return figures by name: `grains`, `sizes` and, if there is a crack, `crack`; length: unit."""
+    whole = body_view(shown.points, shown.towards)
     scale = scale_of(shown.lengths)
-    pictures = {"grains": _bodies(shown, whole, _by_grain)}
-    pictures["sizes"] = _bodies(shown, whole, lambda facets: _by_length(shown, facets, scale))
-    _add_scale(pictures["sizes"], scale)
+    by_length = _body(shown, shown.opened, whole, _by_length(shown, shown.opened, scale), length)
+    label = with_unit("mean length of edges at a node", length)
+    by_length.colorbar(ScalarMappable(scale, COLOURS), ax=by_length.axes, shrink=0.8, label=label)
+    pictures = {
+        "grains": _body(shown, shown.skin, whole, _by_grain(shown.skin), length),
+        "sizes": by_length,
+    }
     if len(shown.lip.triangles):
-        pictures["crack"] = _crack(shown, scale)
+        view = view_from(shown.normal, shown.points[np.unique(shown.lip.triangles)], BELOW)
+        colours = _by_grain(shown.lip._replace(is_lip=~shown.lip.is_lip))
+        pictures["crack"] = _body(shown, shown.lip, view, colours, length)
     return pictures
 
 
-def _bodies(shown: ShownMesh, view: View, colours: Callable[[Facets], np.ndarray]) -> Figure:
-    """Return a figure of the body, whole and cut open along the crack.
-
-    colours: function that returns the colours (m, 3, 3) of facets at their corners.
-    """
-    figure, axes = two_pictures()
-    for place, facets in zip(axes, (shown.skin, shown.opened)):
-        draw_body(place, shown.points, facets.triangles, colours(facets), view, lined=True)
-    _draw_fronts(axes[1], shown, view)
-    return figure
+def opened_body(shown: ShownMesh) -> np.ndarray:
+    """Return a picture (h, w, 4) of the body cut open along the crack, by grain, in its `body_view`."""
+    whole = body_view(shown.points, shown.towards)
+    return shaded(shown.points, shown.opened.triangles, _by_grain(shown.opened), whole, PIXELS, True)
 
 
-def _crack(shown: ShownMesh, scale: Normalize) -> Figure:
-    corners = shown.points[np.unique(shown.lip.triangles)]
-    view = view_from(shown.normal, corners, BELOW)
-    figure, axes = two_pictures()
-    by_grain = _by_grain(shown.lip._replace(is_lip=~shown.lip.is_lip))
-    for place, colours in zip(axes, (by_grain, _by_length(shown, shown.lip, scale))):
-        draw_body(place, shown.points, shown.lip.triangles, colours, view, lined=True)
-        _draw_fronts(place, shown, view)
-    _add_scale(figure, scale)
+def body_view(points: np.ndarray, towards: np.ndarray) -> View:
+    """Return the view from `towards` (3,) of the bounding box of points (n, 3)."""
+    box = np.stack([np.min(points, axis=0), np.max(points, axis=0)])
+    return view_from(towards, box_edges(box).reshape(-1, 3), BELOW)
+
+
+def _body(shown: ShownMesh, facets: Facets, view: View, colours: np.ndarray, length: str) -> Figure:
+    """Return a figure of facets, colours (m, 3, 3) of their corners, and of fronts, except on the skin."""
+    figure, axes = body_axes()
+    draw_body(axes, shown.points, facets.triangles, colours, view, True, length)
+    for front in shown.fronts if facets is not shown.skin else ():
+        axes.plot(*view.flat(shown.points[front]).T, color=FRONT, linewidth=1.8)
     return figure
 
 
@@ -79,18 +84,6 @@ def _by_grain(facets: Facets) -> np.ndarray:
 def _by_length(shown: ShownMesh, facets: Facets, scale: Normalize) -> np.ndarray:
     """Return colours (m, 3, 3) of facets' corners by mean edge length."""
     return matplotlib.colormaps[COLOURS](scale(shown.lengths[facets.triangles]))[..., :3]
-
-
-def _draw_fronts(axes: Axes, shown: ShownMesh, view: View) -> None:
-    for front in shown.fronts:
-        axes.plot(*view.flat(shown.points[front]).T, color=FRONT, linewidth=1.8)
-
-
-def _add_scale(figure: Figure, scale: Normalize) -> None:
-    bar = figure.add_axes((0.925, 0.12, 0.012, 0.76))
-    figure.colorbar(
-        ScalarMappable(norm=scale, cmap=COLOURS), cax=bar, label="mean length of edges at a node"
-    )
 
 
 class SolvedMesh(NamedTuple):
@@ -107,7 +100,7 @@ class SolvedMesh(NamedTuple):
     slip: np.ndarray | None = None
 
 
-def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
+def solved_pictures(solved: SolvedMesh, shown: ShownMesh, units: UnitsOptions) -> dict[str, Figure]:
     """Return figures by name: `deformed`, and `stress` and `slip` on a plane through the fronts' mean.
 
     The plane is perpendicular to the axis that is closest to the crack plane, and shows the crack's trace.
@@ -125,11 +118,14 @@ def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
     principal = np.linalg.eigvalsh(stress[:, COMPONENT])[:, -1]
     axis = int(np.abs(shown.normal).argmin())
     moved = solved.solution.displacement[: len(shown.points)]
-    values = {"stress": (principal, "largest principal stress")}
+    values = {"stress": (principal, with_unit("largest principal stress", units.stress))}
     if solved.slip is not None:
         values["slip"] = (solved.slip[solved.elements].mean(axis=1), "accumulated slip")
-    pictures = {"deformed": deformed_body(shown.points, shown.skin.triangles, moved, shown.towards)}
+    skin, length = shown.skin.triangles, units.length
+    pictures = {"deformed": deformed_body(shown.points, skin, moved, shown.towards, length)}
     place = np.clip(middle, *box)
     for name, (of_elements, words) in values.items():
-        pictures[name] = value_on_plane(solved.points, solved.elements, of_elements, place, axis, words)
+        pictures[name] = value_on_plane(
+            solved.points, solved.elements, of_elements, place, axis, words, length
+        )
     return pictures

@@ -1,38 +1,66 @@
 """The report on all campaigns in a results folder: one self-contained HTML page."""
 
-import base64
+import itertools
 import json
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from craftmesh.extras import extra
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.quality import drift_sentence
-from craftmesh.report.case_files import Case, Failure
-from craftmesh.report.charts import against_crack, against_size, compared, histograms, loops
-from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
-from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
+from craftmesh.report.case_files import Case, Failure, is_complete
+from craftmesh.report.charts import against_crack, against_size, along_front, compared, histograms, loops
+from craftmesh.report.measures import (
+    UNIFORM_TETS,
+    grown_rows,
+    life,
+    materials,
+    outcome,
+    table_row,
+    totals,
+    verdict,
+    with_error,
+)
+from craftmesh.report.mesh_pictures import body_view
+from craftmesh.report.pictures import as_svg, crack_path, from_webp, line_colours
+from craftmesh.report.shown_mesh import fronts_of
 from craftmesh.report.sweeps import MEASURED_IN, QUANTITIES, ReportOptions, sweeps
 
 with extra("pictures"):
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
 # Largest total size of pictures in bytes; larger pages open slowly. Beyond it, increments between a case's
 # first and last are left out evenly. The pictures of an increment take about 180 kB.
 MOST_PICTURES = 24_000_000
 CAPTIONS = {
-    "grains": "The body by grain, whole and cut open along the crack. Light: crack; red: crack front.",
-    "sizes": "Element size: mean length of the edges at each node, fine at the front, coarse far from it.",
-    "crack": "The crack face seen along its normal, by grain and by element size. Red: crack front.",
+    "grains": "The body by grain.",
+    "sizes": "Element size, cut open along the crack: mean edge length at each node. Red: crack front.",
+    "crack": "The crack face along its normal, by grain. Red: crack front.",
     "deformed": "The loaded body with magnified displacement.",
     "stress": "Largest principal stress on a plane through the middle of the front.",
     "slip": "Accumulated slip of all slip systems, on the same plane.",
 }
+
+
+K_CAPTION = (
+    "Stress intensity factors and kink angle along the front. Lines: reliable nodes, in a band of the "
+    "error of K; open marks: flagged nodes, as far as the axes reach; dashed: second front."
+)
+
+
+class Chart(NamedTuple):
+    """Panels (<svg>) with one caption; legend: names of increments and their colours."""
+
+    caption: str
+    panels: list[Markup]
+    legend: list[tuple[str, str]] = []
 
 
 def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure] = ()) -> str:
@@ -42,13 +70,14 @@ def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure
     """
     rows = {case.name: [table_row(increment) for increment in case.increments] for case in cases}
     shown = _shown(cases)
-    return (
+    text = (
         _environment()
         .get_template("page.html")
         .render(
             cases=[_case(case, rows[case.name], shown[case.name]) for case in cases],
             campaigns=list(dict.fromkeys(case.record["campaign"] for case in cases)),
             failed=failed,
+            verdict=verdict(cases, failed),
             totals=totals([row for own in rows.values() for row in own]),
             increments=sum(len(case.increments) for case in cases),
             seconds=sum(cost.cpu_seconds for case in cases for cost in case.costs),
@@ -58,6 +87,12 @@ def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure
             uniform_tets=UNIFORM_TETS,
         )
     )
+    count = itertools.count()  # ids of parts of pictures are the same in each picture
+    return re.sub(r"<svg .*?</svg>", lambda svg: _with_own_ids(svg[0], f"p{next(count)}"), text, flags=re.S)
+
+
+def _with_own_ids(svg: str, prefix: str) -> str:
+    return re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{prefix}", svg)
 
 
 def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
@@ -69,7 +104,11 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
         "imported": case.imported,
         "units": _units(case),
         "labels": [*case.imported.get("changes", []), *case.imported.get("notes", [])],
+        "is_made": is_complete(case),
         "outcome": outcome(case),
+        "life": life(case),
+        "materials": materials(case),
+        "path": _crack_path(case),
         "rows": rows,
         "off": [(inc.name, drift_sentence(inc.quality.get("volume_drift", {}))) for inc in case.increments],
         "grown": grown_rows(case),
@@ -78,7 +117,9 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
         "increments": [
             {
                 "name": increment.name,
-                "pictures": [(CAPTIONS[key], _embedded(one)) for key, one in increment.pictures.items()],
+                "pictures": [
+                    Chart(CAPTIONS[key], [Markup(one)]) for key, one in increment.pictures.items()
+                ],
             }
             for increment in case.increments
             if increment.name in shown and increment.pictures
@@ -97,37 +138,49 @@ def _units(case: Case) -> dict[str, str]:
     return UnitsOptions(**case.record["config"].get("units", {})).by_quantity()
 
 
-def _charts(case: Case) -> list[tuple[str, str]]:
-    """Return captions and pictures of a case's charts: crack growth, load history and element shapes."""
-    charts = []
+def _crack_path(case: Case) -> Chart | None:
+    """Return the last body cut open along the crack, with all increments' fronts; None if not drawn."""
     last = case.increments[-1]
+    if last.opened is None or last.scene is None:
+        return None
+    scenes = {inc.name: inc.scene for inc in case.increments if inc.scene is not None}
+    view = body_view(np.array(last.scene["box"]), np.array(last.scene["towards"]))
+    fronts = {name: fronts_of(scene) for name, scene in scenes.items()}
+    figure = crack_path(from_webp(last.opened), view, fronts, _units(case).get("length", ""))
+    words = "Light: crack; lines: its front" + " in each increment" * (len(fronts) > 1)
+    return Chart(f"The body cut open along the crack, by grain. {words}.", [Markup(as_svg(figure))])
+
+
+def _charts(case: Case) -> list[Chart]:
+    """Return a case's charts: K along the front, crack growth, load history and element shapes."""
+    last, units = case.increments[-1], _units(case)
     solved = {inc.name: inc.front for inc in case.increments if inc.front is not None}
-    cracks = {inc.name: inc.crack for inc in case.increments if inc.crack is not None}
-    if solved:
-        text = "Stress intensity factors and kink angle along the front by increment; dashed: second front."
-        charts.append((text, along_front(solved, _units(case).get("K", ""))))
-    grown = against_crack(case.increments, _units(case))
-    if grown is not None:
-        text = "Against the crack size: mean along the front, and range, without uncertain nodes."
-        charts.append((text, grown))
-    if solved and len(cracks) > 1 and last.scene is not None:
-        text = "The crack in the body, and along its normal: extension in each increment, and fronts."
-        box, towards = np.array(last.scene["box"]), np.array(last.scene["towards"])
-        charts.append((text, crack_by_increment(cracks, box, towards)))
+    qualities = {inc.name: inc.quality for inc in case.increments}
+    charts = [(K_CAPTION, along_front(solved, units.get("K", "")), solved)] if solved else []
+    text = "Against the crack size: mean and range at reliable nodes; load cycles with their error."
+    charts.append((text, against_crack(case.increments, units), {}))
     if last.history:
         text = f"Increment {last.name}: stress and strain of the loaded faces during the load history."
-        told = "; ".join(f"{name} {value:.4g}" for name, value in last.at_fronts.items())
+        told = "; ".join(f"{name} {value:.3g}" for name, value in last.at_fronts.items())
         text += f" At its end {told}." if told else ""
-        charts.append((text, loops(last.history, _units(case).get("stress", ""))))
-    text = f"Shapes of the elements in increment {last.name}: percent of the elements in each interval."
-    charts.append((text, histograms({increment.name: increment.quality for increment in case.increments})))
-    return [(caption, _embedded(as_webp(figure))) for caption, figure in charts]
+        charts.append((text, [loops(last.history, units.get("stress", ""))], {}))
+    text = (
+        f"Shapes of the elements: percent of the elements in each interval, bars for increment {last.name}."
+    )
+    charts.append((text, histograms(qualities), qualities))
+    return [_chart(*chart) for chart in charts if chart[1]]
+
+
+def _chart(caption: str, figures: Sequence[Figure], increments: Collection[str] = ()) -> Chart:
+    """Return a chart with a legend of `increments`, if there are several."""
+    legend = list(zip(increments, line_colours(len(increments)))) if len(increments) > 1 else []
+    return Chart(caption, [Markup(as_svg(figure)) for figure in figures], legend)
 
 
 def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:
     """Return the increments with pictures in the page, by case: all, or as many as MOST_PICTURES allows."""
     sizes = [len(picture) for case in cases for inc in case.increments for picture in inc.pictures.values()]
-    share = min(1.0, MOST_PICTURES / max(sum(sizes) * 4 / 3, 1))
+    share = min(1.0, MOST_PICTURES / max(sum(sizes), 1))
     shown = {}
     for case in cases:
         names = [increment.name for increment in case.increments]
@@ -162,29 +215,29 @@ def _sweeps(cases: Mapping[str, Case], options: ReportOptions) -> list[dict[str,
                 key: f"{words} [{units[MEASURED_IN[key]]}]" if MEASURED_IN.get(key) in units else words
                 for key, words in QUANTITIES.items()
             }
-            picture = against_size(sweep, quantities, options.tolerance, words)
+            figures = against_size(sweep, quantities, options.tolerance, words, units.get("length", ""))
+            text = (
+                f"Each quantity against {sweep.key}, coarse to fine. Green: tolerance band, converged size."
+            )
             found.append(
                 {
                     "sweep": sweep,
                     "increment": increment,
                     "quantities": quantities,
                     "words": words,
-                    "picture": _embedded(as_webp(picture)),
+                    "chart": _chart(text, figures),
                 }
             )
     return found
 
 
-def _embedded(picture: bytes) -> str:
-    return "data:image/webp;base64," + base64.b64encode(picture).decode("ascii")
-
-
-def _number(value: float | None, digits: int = 4) -> str:
-    """Return a number as text: counts with thin spaces, others with `digits` digits, None as a dash."""
+def _number(value: float | None, digits: int = 3) -> str:
+    """Return a number as text: whole numbers exactly, others to `digits` digits, None as a dash."""
     if value is None:
         return "–"
     if isinstance(value, int) or abs(value) >= 10**digits:
-        return f"{value:,.0f}".replace(",", "\u202f")
+        rounded = value if isinstance(value, int) else float(f"{value:.{digits}g}")
+        return f"{rounded:,.0f}".replace(",", "\u202f")
     return f"{value:.{digits}g}"
 
 
@@ -199,8 +252,8 @@ def _name(value: Any) -> Any:
 
 def _duration(seconds: float) -> str:
     if seconds < 100:
-        return f"{seconds:.3g} s"
-    return f"{seconds / 60:.3g} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60:.2g} min" if seconds < 6000 else f"{seconds / 3600:.2g} h"
 
 
 @cache
@@ -210,6 +263,7 @@ def _environment() -> Environment:
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"number": _number, "span": _span, "duration": _duration, "name": _name}
+    environment.filters["with_error"] = lambda pair: with_error(*pair) if pair else "–"
     for name in ("style.css", "view.js", "tables.js"):
         text = loader.get_source(environment, name)[0]
         environment.globals[name.split(".")[0]] = Markup(text)

@@ -1,128 +1,119 @@
-"""Pictures of growing cracks: surfaces, K along fronts, deformed bodies, and values on a plane."""
+"""Pictures of cracked bodies: the path of a crack, deformed bodies, and values on a plane."""
 
+import base64
 import io
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.extras import extra
 from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import cut_tets, seen_from
-from craftmesh.surface.measure import area_vectors, meets_box, nearest_facet
-from craftmesh.surface.rounding import SAME_PLACE
-from craftmesh.types import Crack
 
 with extra("pictures"):
     import matplotlib
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
-    from matplotlib.collections import PolyCollection
-    from matplotlib.colors import Normalize
+    from matplotlib.collections import PolyCollection, QuadMesh
+    from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize, to_hex
     from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d import Axes3D
     from PIL import Image
 
 GRAINS = "tab20"  # colour map of grains: twenty colours, used in turn
-STYLES = ("-", "--", ":", "-.")  # line styles of the fronts of one crack
+FRONT = "#dc143c"
 DPI = 110
 COLOURS = "viridis"
-BELOW = 0.14  # space below a crack for the axis directions, over the crack's width
+# Relative luminance (WCAG 2) of lines' colours: contrast 4.2 to the light page, 4.2 to the dark one.
+LUMINANCE = 0.2
+LUMINANCE_OF_RGB = (0.2126, 0.7152, 0.0722)
+GAMMA = 2.2  # of sRGB, within a few percent
+BELOW = 0.1  # space below a body for the axis directions and the scale, over the body's width
 TOWARDS = seen_from(2)  # default direction from which a body is seen
-PIXELS = 560  # width of a body's picture
+PIXELS = 640  # width of a body's picture
 WEBP = 82  # quality of .webp, of 100: a lined mesh takes 40 kB and looks like its .png of 330
+MOST_TICKS = 8  # most increments named beside the colours of a crack's path
 # Largest displacement as shown, over the body's diagonal.
 SHOWN_MOVE = 0.08
-# Least ratio of a triangle's distance from the previous crack to that from its fronts, above which the
-# triangle is ahead of these. A layer made again, turned by up to 26 degrees, is nearer to the crack than to
-# its fronts at two thirds of its width.
-AHEAD = 0.9
 # Percentage of values cut off at each end of a colour scale, as stresses at a crack front are unbounded.
 LEFT_OUT = 1.0
+# Parts of matplotlib's .svg: metadata, a style for the whole page, numbered ids, and the size in points.
+_NOT_SHOWN = r'<metadata>.*?</metadata>|<style.*?</style>| id="[\w.]+_\d+"| (?:width|height)="[\d.]+pt"'
+_PNG = r"data:image/png;base64,([^\"]*)"
 
 
-def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np.ndarray) -> Figure:
-    """Return a figure of a crack's surface in the box (2, 3), coloured by increment, with all fronts.
+def crack_path(
+    body: np.ndarray, view: View, fronts: Mapping[str, Sequence[np.ndarray]], length: str = ""
+) -> Figure:
+    """Return a figure of a body cut open along its crack, with fronts coloured by increment.
 
-    cracks: by increment name; each contains the one before. The figure has two views: from the direction
-    `towards` (3,), and along the normal of the last crack.
+    body (h, w, 4): picture of the body in `view`; fronts: lines (k, 3) by increment name; length: unit.
     """
-    colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(cracks)))
-    last = list(cracks.values())[-1]
-    corners, added = _added(cracks, box)
-    edges = box_edges(box)
-    normal = area_vectors(last.points, last.triangles).sum(axis=0)
-    views = (
-        view_from(towards, edges.reshape(-1, 3)),
-        view_from(normal * np.sign(normal @ towards), corners.reshape(-1, 3), BELOW),
-    )
-    figure, pair = two_pictures()
-    for axes, view in zip(pair, views):
-        triangles = np.arange(3 * len(corners)).reshape(-1, 3)
-        shade = np.repeat(colours[added][:, None, :3], 3, axis=1)
-        draw_body(axes, corners.reshape(-1, 3), triangles, shade, view, lined=False)
-        for crack in cracks.values():
-            for front in crack.fronts:
-                axes.plot(*view.flat(crack.points[front]).T, color="black", linewidth=0.8)
-    for edge in edges:
-        figure.axes[0].plot(*views[0].flat(edge).T, color="grey", linewidth=0.6)
-    marks = [Patch(color=colour, label=name) for name, colour in zip(cracks, colours)]
-    figure.legend(handles=marks, title="increment", fontsize=8, loc="center right")
+    figure, axes = body_axes()
+    draw_picture(axes, body, view, length)
+    colours = line_colours(len(fronts)) if len(fronts) > 1 else [FRONT]
+    for colour, lines in zip(colours, fronts.values()):
+        for line in lines:
+            axes.plot(*view.flat(line).T, color=colour, linewidth=2.2)
+    if len(fronts) > 1:
+        scale = ScalarMappable(BoundaryNorm(np.arange(len(fronts) + 1) - 0.5, len(fronts)))
+        scale.set_cmap(ListedColormap(colours))
+        ticks = np.unique(np.linspace(0, len(fronts) - 1, MOST_TICKS).round().astype(int))
+        bar = figure.colorbar(scale, ax=axes, shrink=0.8, label="crack front of increment")
+        bar.set_ticks(ticks.tolist(), labels=[list(fronts)[k] for k in ticks])
     return figure
 
 
-def two_pictures() -> tuple[Figure, list[Axes]]:
-    """Return a figure for two pictures, with space for a colour bar, and the axes of both."""
-    figure = new_figure(10.4, 4.4)
-    axes = figure.subplots(1, 2)
-    figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
-    return figure, list(axes)
-
-
 def draw_body(
-    axes: Axes, points: np.ndarray, triangles: np.ndarray, colours: np.ndarray, view: View, lined: bool
+    axes: Axes,
+    points: np.ndarray,
+    triangles: np.ndarray,
+    colours: np.ndarray,
+    view: View,
+    lined: bool,
+    length: str = "",
 ) -> None:
-    """Draw triangles (m, 3) on points (n, 3) with colours (m, 3, 3) of their corners, and axis directions.
+    """Draw triangles (m, 3) on points (n, 3) with colours (m, 3, 3) of their corners, axes and a scale.
 
-    lined: also draw the triangles' edges.
+    lined: also draw the triangles' edges; length: name of the unit of length.
     """
-    picture = shaded(points, triangles, colours, view, PIXELS, lined)
+    draw_picture(axes, shaded(points, triangles, colours, view, PIXELS, lined), view, length)
+
+
+def draw_picture(axes: Axes, picture: np.ndarray, view: View, length: str = "") -> None:
+    """Draw a picture (h, w, 4) of a body, with the axis directions and a scale bar below it."""
     axes.imshow(picture, extent=view.extent, interpolation="bilinear")
+    empty = picture[..., 3].any(axis=1).argmax() / len(picture)
+    axes.set_ylim(view.low[1], view.high[1] - empty * (view.high - view.low)[1])
     axes.set_axis_off()
     draw_directions(axes, view)
+    draw_scale(axes, view, length)
+
+
+def draw_scale(axes: Axes, view: View, length: str) -> None:
+    """Draw a bar in the lower right corner as long as 1, 2 or 5 times a power of ten, with its length."""
+    width, height = view.high - view.low
+    power = 10.0 ** np.floor(np.log10(width / 4))
+    bar = power * max(step for step in (1, 2, 5) if step * power <= width / 4)
+    end, level = view.high[0] - 0.02 * width, view.low[1] + 0.02 * height
+    axes.plot([end - bar, end], [level, level], color="black", linewidth=2.0, solid_capstyle="butt")
+    text = plain(f"{bar:g} {length or 'units of length'}")
+    axes.annotate(text, (end, level + 0.02 * height), fontsize=9, ha="right", va="bottom")
+
+
+def body_axes() -> tuple[Figure, Axes]:
+    """Return a figure for the picture of a body, and its axes."""
+    figure = new_figure(5.6, 4.4)
+    figure.set_layout_engine("constrained")
+    return figure, figure.add_subplot()
 
 
 def box_edges(box: np.ndarray) -> np.ndarray:
     """Return the end points (12, 2, 3) of the edges of a box (2, 3)."""
     corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     return np.array([corner[[i, i | bit]] for bit in (1, 2, 4) for i in range(8) if not i & bit])
-
-
-def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles (m, 3, 3) in the box that each crack adds to the one before, and its index (m,).
-
-    Added triangles are ahead of the previous fronts: nearer to these than to other parts of the previous
-    crack. The last step's layer, if corrected, lies off the previous crack but next to it, so it is not
-    among them and is shown as first made.
-    """
-    found, whose = [], []
-    before: Crack | None = None
-    for number, crack in enumerate(cracks.values()):
-        corners = crack.points[crack.triangles]
-        shown = meets_box(corners, box)
-        if before is not None:
-            places = corners.mean(axis=1)
-            _, off, _ = nearest_facet(places, before.points, before.triangles)
-            shown &= off > SAME_PLACE * np.linalg.norm(box[1] - box[0])
-            if before.fronts:
-                to_front = [feet(polyline(before.points[front]), places)[1] for front in before.fronts]
-                shown &= off > AHEAD * np.min(to_front, axis=0)
-        before = crack
-        found.append(np.clip(corners[shown], *box))
-        whose.append(np.full(int(shown.sum()), number))
-    return np.concatenate(found), np.concatenate(whose)
 
 
 def draw_directions(axes: Axes, view: View) -> None:
@@ -146,72 +137,62 @@ def with_unit(key: str, unit: str) -> str:
     return "kink angle [degrees]" if key == "kink_angle" else f"{key} [{plain(unit)}]" if unit else key
 
 
-def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") -> Figure:
-    """Return a figure of K_I, K_II, K_III and the kink angle along the fronts, a line per increment.
-
-    rows: columns of sif.csv by increment name; unit: of K. The arc length s is divided by each front's
-    largest s.
-    """
-    figure = new_figure(9.0, 5.6)
-    axes = figure.subplots(2, 2, sharex=True).ravel()
-    colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(rows)))
-    shown = [(key, with_unit(key, unit)) for key in ("K_I", "K_II", "K_III", "kink_angle")]
-    for (name, columns), colour in zip(rows.items(), colours):
-        for front in np.unique(columns["front"]):
-            row = np.flatnonzero(columns["front"] == front)
-            s = columns["s"][row] / max(columns["s"][row].max(), 1e-300)
-            for place, (key, label) in zip(axes, shown):
-                style = STYLES[int(front - 1) % len(STYLES)]
-                place.plot(s, columns[key][row], style, color=colour, label=name if front == 1 else None)
-                place.set_ylabel(label)
-                place.grid(alpha=0.3)
-    for place in axes[2:]:
-        place.set_xlabel("arc length along the front / its length")
-    axes[0].legend(title="increment", fontsize=8)
-    figure.tight_layout()
-    return figure
+def line_colours(count: int) -> list[str]:
+    """Return `count` colours (hex), in order, that stand out from white and dark pages alike."""
+    linear = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, count))[:, :3] ** GAMMA
+    linear *= (LUMINANCE / (linear @ LUMINANCE_OF_RGB))[:, None]
+    return [to_hex(shade) for shade in np.clip(linear, 0, 1) ** (1 / GAMMA)]
 
 
 def deformed_body(
-    points: np.ndarray, facets: np.ndarray, displacement: np.ndarray, towards: np.ndarray = TOWARDS
+    points: np.ndarray,
+    facets: np.ndarray,
+    displacement: np.ndarray,
+    towards: np.ndarray = TOWARDS,
+    length: str = "",
 ) -> Figure:
     """Return a figure of the free facets (m, 3), deformed and coloured by the displacement (n, 3).
 
-    points (n, 3); towards (3,): direction from which the body is seen. The displacement is scaled so that
-    its largest value is SHOWN_MOVE of the body's diagonal.
+    points (n, 3); towards (3,): direction from which the body is seen; length: unit. The displacement is
+    scaled so that its largest value is SHOWN_MOVE of the body's diagonal.
     """
     size = np.linalg.norm(displacement, axis=1)
     factor = SHOWN_MOVE * np.linalg.norm(np.ptp(points, axis=0)) / max(size.max(), 1e-300)
     moved = points + factor * displacement
     shade = ScalarMappable(Normalize(0, size.max()), COLOURS)
-    view = view_from(towards, moved)
-    figure = new_figure(6.0, 4.4)
-    axes = figure.add_subplot()
-    draw_body(axes, moved, facets, shade.to_rgba(size[facets])[..., :3], view, lined=False)
-    figure.colorbar(shade, ax=axes, shrink=0.8, label=f"displacement (shown {factor:.3g} times)")
+    figure, axes = body_axes()
+    view = view_from(towards, moved, BELOW)
+    draw_body(axes, moved, facets, shade.to_rgba(size[facets])[..., :3], view, False, length)
+    label = with_unit(f"displacement, drawn {factor:.2g} times as large", length)
+    figure.colorbar(shade, ax=axes, shrink=0.8, label=label)
     return figure
 
 
 def value_on_plane(
-    points: np.ndarray, tets: np.ndarray, values: np.ndarray, origin: np.ndarray, axis: int, name: str
+    points: np.ndarray,
+    tets: np.ndarray,
+    values: np.ndarray,
+    origin: np.ndarray,
+    axis: int,
+    name: str,
+    length: str = "",
 ) -> Figure:
     """Return a figure of values (m,) of tets (m, 4) on the plane through `origin` perpendicular to `axis`.
 
-    points (n, 3); origin (3,); name: label of the values.
+    points (n, 3); origin (3,); name: label of the values; length: unit.
     """
     polygons, rows = cut_tets(points, tets, origin[axis], axis)
     first, second = (k for k in range(3) if k != axis)
-    figure = new_figure(6.0, 4.4)
-    axes = figure.add_subplot()
+    figure, axes = body_axes()
     scale = scale_of(values[rows]) if len(rows) else Normalize(0, 1)
-    cells = PolyCollection(list(polygons), array=values[rows], cmap=COLOURS, norm=scale)
+    cells = PolyCollection(list(polygons), array=values[rows], cmap=COLOURS, norm=scale, rasterized=True)
     cells.set_edgecolor("face")
     axes.add_collection(cells)
     axes.autoscale_view()
     axes.set_aspect("equal")
-    axes.set_xlabel("xyz"[first])
-    axes.set_ylabel("xyz"[second])
-    axes.set_title(f"{'xyz'[axis]} = {origin[axis]:.4g}", fontsize=10)
+    axes.set_xlabel(with_unit("xyz"[first], length))
+    axes.set_ylabel(with_unit("xyz"[second], length))
+    axes.set_title(plain(f"{'xyz'[axis]} = {origin[axis]:.3g} {length}"), fontsize=10)
     figure.colorbar(cells, ax=axes, label=name)
     return figure
 
@@ -234,16 +215,57 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def as_png(figure: Figure) -> bytes:
-    """Return the figure as .png, the same bytes for the same figure."""
+def as_png(*figures: Figure) -> bytes:
+    """Return figures of one size, two in a row, as .png: the same bytes for the same figures."""
+    canvases = [FigureCanvasAgg(figure) for figure in figures]
+    for canvas in canvases:
+        canvas.draw()
+    pixels = [np.asarray(canvas.buffer_rgba())[..., :3] for canvas in canvases]
+    if len(pixels) > 1:
+        pixels += [np.full_like(pixels[0], 255)] * (len(pixels) % 2)
+        pixels = [np.vstack([np.hstack(pixels[k : k + 2]) for k in range(0, len(pixels), 2)])]
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", metadata={"Software": None})
+    Image.fromarray(pixels[0]).save(stream, "png")
     return stream.getvalue()
 
 
-def as_webp(figure: Figure) -> bytes:
-    """Return the figure as .webp, the same bytes for the same figure."""
-    canvas, stream = FigureCanvasAgg(figure), io.BytesIO()
-    canvas.draw()
-    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(stream, "webp", quality=WEBP)
+def as_svg(figure: Figure) -> str:
+    """Return the figure as an <svg> element, the same text for the same figure.
+
+    Its ground is transparent, and what is black in the figure has the colour of the text around it.
+    """
+    for axes in figure.axes:
+        for image in axes.images:
+            image.set_interpolation("none")  # else it is drawn again at the figure's resolution
+        for mesh in axes.collections:
+            mesh.set_rasterized(isinstance(mesh, QuadMesh) or mesh.get_rasterized())
+    stream = io.StringIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "craftmesh"}):
+        figure.savefig(stream, format="svg", transparent=True, metadata=dict.fromkeys(("Date", "Creator")))
+    text = stream.getvalue()
+    text = re.sub(_NOT_SHOWN, "", text[text.index("<svg") :], flags=re.S)
+    text = re.sub(_PNG, lambda found: _webp(base64.b64decode(found[1])), text)
+    text = re.sub(r"\s*\n\s*", " ", text).replace("#000000", "currentColor")
+    return text.replace("<svg ", '<svg fill="currentColor" ', 1)
+
+
+def as_webp(picture: np.ndarray) -> bytes:
+    """Return a picture (h, w, 4) of numbers from 0 to 1 as .webp."""
+    return _webp_bytes(Image.fromarray(np.rint(255 * picture).astype(np.uint8)))
+
+
+def from_webp(content: bytes) -> np.ndarray:
+    """Return the picture (h, w, 4) in a .webp."""
+    return np.asarray(Image.open(io.BytesIO(content)).convert("RGBA")) / 255
+
+
+def _webp(png: bytes) -> str:
+    """Return the data URI of a .png's pixels as .webp."""
+    content = _webp_bytes(Image.open(io.BytesIO(png)))
+    return "data:image/webp;base64," + base64.b64encode(content).decode("ascii")
+
+
+def _webp_bytes(image: Image.Image) -> bytes:
+    stream = io.BytesIO()
+    image.save(stream, "webp", quality=WEBP)
     return stream.getvalue()

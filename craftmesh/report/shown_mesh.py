@@ -1,7 +1,8 @@
 """Visible parts of a mesh: skin, body cut open, crack face, fronts, plane sections, and the 3-D view."""
 
 import base64
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -204,8 +205,8 @@ def scene(shown: ShownMesh) -> dict:
     """Return skin, crack face and fronts as JSON values for the 3-D view.
 
     Coordinates are fractions of `box` in steps of 1 / LEVELS, and `length` of a corner is such a fraction
-    between the two `lengths`. Arrays are base64 of little-endian unsigned integers: 4 bytes in `triangles`
-    and `grain`, 2 bytes in others.
+    between the two `lengths`; `grain` is 0 on crack faces. Arrays are base64 of little-endian unsigned
+    integers: 4 bytes in `triangles` and `grain`, 2 bytes in others.
     """
     box = np.stack([shown.points.min(axis=0), shown.points.max(axis=0)])
     lengths = np.array([shown.lengths.min(), shown.lengths.max()])
@@ -215,9 +216,17 @@ def scene(shown: ShownMesh) -> dict:
         "normal": shown.normal.tolist(),
         "towards": shown.towards.tolist(),
         "skin": _part(shown, shown.skin, box, lengths, MOST_TRIANGLES),
+        "opened": _part(shown, shown.opened, box, lengths, MOST_TRIANGLES),
         "lip": _part(shown, shown.lip, box, lengths, MOST_TRIANGLES),
         "fronts": [_text(_shares(shown.points[front], box), "<u2") for front in shown.fronts],
     }
+
+
+def fronts_of(made: Mapping[str, Any]) -> list[np.ndarray]:
+    """Return the front lines (k, 3) of a `scene`."""
+    low, high = np.array(made["box"])
+    read = (np.frombuffer(base64.b64decode(text), "<u2").reshape(-1, 3) for text in made["fronts"])
+    return [low + places / LEVELS * (high - low) for places in read]
 
 
 def _part(shown: ShownMesh, facets: Facets, box: np.ndarray, lengths: np.ndarray, most: int) -> dict:
@@ -228,7 +237,7 @@ def _part(shown: ShownMesh, facets: Facets, box: np.ndarray, lengths: np.ndarray
     return {
         "points": _text(_shares(places, box), "<u2"),
         "triangles": _text(triangles, "<u4"),
-        "grain": _text(facets.grain[rows], "<u4"),
+        "grain": _text(np.where(facets.is_lip, 0, facets.grain)[rows], "<u4"),
         "length": _text(_shares(at_corner, lengths), "<u2"),
     }
 

@@ -84,7 +84,9 @@ def test_the_page_names_the_size(tmp_path):
     assert "not converged" in page.read_text()
 
 
-def test_the_chart_of_one_quantity_fills_its_picture():
+def test_each_quantity_has_a_chart_with_units_on_both_axes():
     sweep = Sweep("sizing.l_min", (0.9, 0.7), ("a", "b"))
-    figure = against_size(sweep, [converged("K_I", sweep.sizes, [1.0, 2.0], 0.05)], 0.05)
-    assert [axes.get_position().width > 0.5 for axes in figure.axes] == [True]
+    found = [converged(name, sweep.sizes, [1.0, 2.0], 0.05) for name in ("K_I", "J")]
+    figures = against_size(sweep, found, 0.05, {"K_I": "K_I [MPa]", "J": "J [N]"}, "um")
+    labels = [(figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()) for figure in figures]
+    assert labels == [("sizing.l_min [um]", "K_I [MPa]"), ("sizing.l_min [um]", "J [N]")]

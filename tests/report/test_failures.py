@@ -9,7 +9,7 @@ from craftmesh.report.case_files import Case, failures
 
 
 def case(increments=2):
-    return Case("a", {"increments": increments, "growth": "prescribed"}, {}, {}, [], [])
+    return Case("a", {"increments": increments, "growth": "prescribed"}, {}, {}, {}, [], [])
 
 
 @pytest.mark.parametrize(

@@ -1,74 +1,86 @@
-"""Pictures are images, the same bytes each time, and show what they are given."""
+"""Pictures are the same text each time, show what they are given, and take the colours of their page."""
 
-import io
+import re
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
-from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.series import prescribed_crack
-from craftmesh.report.pictures import (
-    _added,
-    along_front,
-    as_webp,
-    crack_by_increment,
-    deformed_body,
-    value_on_plane,
-)
-from craftmesh.types import Crack
+from craftmesh.report.charts import along_front, histograms
+from craftmesh.report.pictures import as_svg, crack_path, deformed_body, value_on_plane
+from craftmesh.report.shaded import view_from
 
-VIEW = np.array([1.0, -0.8, 0.6])
+TOWARDS = np.array([1.0, -0.8, 0.6])
 BOX = np.array([[0.0, 0.0, 0.0], [10.0, 10.0, 10.0]])
 TET = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]), np.array([[0, 1, 2, 3]])
 
 
-def cracks(radii):
-    options = CrackOptions(shape="penny", centre=(5.0, 5.0, 5.0), increments=tuple(radii))
-    return {f"{k:03d}": prescribed_crack(BOX, options, k) for k in range(len(radii))}
+def path(radius):
+    angle = np.linspace(0, np.pi, 20)
+    front = np.column_stack([5 + radius * np.cos(angle), radius * np.sin(angle), np.full(20, 5.0)])
+    body = np.ones((60, 80, 4))
+    return crack_path(body, view_from(TOWARDS, BOX), {"000": [front], "001": [1.5 * front]}, "um")
 
 
-def intensities(k2):
-    s = np.linspace(0, 6, 20)
-    columns = {"front": np.ones(20, int), "s": s, "K_I": np.sin(s), "K_II": k2 * np.cos(s)}
-    return {"000": columns | {"K_III": 0 * s, "kink_angle": 0 * s}}
+def intensities(k2, flags=("",) * 20, error=0.1):
+    s = np.arange(20.0)
+    columns = {"front": np.ones(20, int), "s": s, "K_I": np.sin(s / 3), "K_II": k2 * np.cos(s / 3)}
+    others = {"K_III": 0 * s, "kink_angle": 0 * s, "error": np.full(20, error), "flags": np.array(flags)}
+    return {"000": columns | others}
 
 
 def stress(value):
-    return value_on_plane(*TET, np.array([value]), np.array([1.0, 1.0, 1.0]), 2, "stress")
+    return value_on_plane(*TET, np.array([value]), np.array([1.0, 1.0, 1.0]), 2, "stress [MPa]", "um")
 
 
 PICTURES = [
+    (lambda: path(2.0), lambda: path(3.0)),
+    (lambda: along_front(intensities(1.0))[1], lambda: along_front(intensities(2.0))[1]),
     (
-        lambda: crack_by_increment(cracks([2.0, 3.0]), BOX, VIEW),
-        lambda: crack_by_increment(cracks([2.0, 4.0]), BOX, VIEW),
-    ),
-    (lambda: along_front(intensities(1.0)), lambda: along_front(intensities(2.0))),
-    (
-        lambda: deformed_body(TET[0], TET[1][:, :3], TET[0] * [0.1, 0, 0], VIEW),
-        lambda: deformed_body(TET[0], TET[1][:, :3], TET[0] * [0, 0.1, 0], VIEW),
+        lambda: deformed_body(TET[0], TET[1][:, :3], TET[0] * [0.1, 0, 0], TOWARDS),
+        lambda: deformed_body(TET[0], TET[1][:, :3], TET[0] * [0, 0.1, 0], TOWARDS),
     ),
     (lambda: stress(1.0), lambda: stress(2.0)),
 ]
 
 
-@pytest.mark.parametrize(("picture", "other"), PICTURES, ids=["crack", "front", "body", "stress"])
+@pytest.mark.parametrize(("picture", "other"), PICTURES, ids=["path", "front", "body", "stress"])
 def test_a_picture_is_the_same_for_the_same_and_another_for_another(picture, other):
-    first = as_webp(picture())
-    assert first == as_webp(picture()) != as_webp(other())
-    pixels = imread(io.BytesIO(first), format="webp") / 255
-    assert pixels.shape[0] > 300 and np.ptp(pixels[..., :3]) > 0.5
+    first = as_svg(picture())
+    assert first == as_svg(picture()) != as_svg(other())
+    root = ET.fromstring(first)
+    assert root.tag.endswith("svg") and len(list(root.iter("{http://www.w3.org/2000/svg}text"))) > 1
 
 
-def test_a_strip_that_is_laid_again_is_not_what_the_next_increment_added():
-    def strips(*heights):  # rows of points along y at x = 1, 3, 4, ..., each at its height
-        rows = [[[x, y, z] for y in (0.0, 5.0, 10.0)] for x, z in zip((1.0, 3.0, 4.0, 5.0), heights)]
-        quads = [[i, i + 1, i + 4, i + 3] for k in range(len(rows) - 1) for i in (3 * k, 3 * k + 1)]
-        triangles = [[q[i] for i in half] for q in quads for half in ((0, 1, 2), (0, 2, 3))]
-        count = 3 * len(rows)
-        return Crack(np.concatenate(rows), triangles, (np.arange(count - 3, count),))
+@pytest.mark.parametrize("picture", [pair[0] for pair in PICTURES], ids=["path", "front", "body", "stress"])
+def test_ground_and_ink_are_the_pages(picture):
+    svg = as_svg(picture())
+    assert "currentColor" in svg and not re.search(r"#(000000|ffffff)|<style|<metadata|pt\"", svg)
 
-    grown = {"0": strips(5, 5), "1": strips(5, 5, 5.4), "2": strips(5, 5, 5.2, 5.3)}
-    corners, whose = _added(grown, BOX)
-    assert np.bincount(whose).tolist() == [4, 4, 4]
-    assert (corners[whose == 2, :, 0] >= 4).all()
+
+def test_a_picture_of_a_body_has_axes_a_scale_and_units():
+    words = [text.get_text() for text in path(2.0).axes[0].texts]
+    assert {"x", "y", "z", "2 um"} <= set(words)
+    assert path(2.0).axes[1].get_ylabel() == "crack front of increment"
+    assert stress(1.0).axes[0].get_xlabel() == "x [um]"
+
+
+def test_lines_join_reliable_nodes_within_the_band_of_the_error_and_others_are_open_marks():
+    flags = ["end", *[""] * 8, "error", *[""] * 9, "end"]
+    axes = along_front(intensities(1.0, flags), "MPa sqrt(um)")[0].axes[0]
+    assert axes.get_ylabel() == "K_I [MPa sqrt(um)]"
+    line, marks = axes.lines
+    # nodes less than two edges from an end are doubted as well
+    assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [0, 1, 9, 18, 19]
+    assert len(marks.get_xdata()) == 5 and marks.get_fillstyle() == "none"
+    (band,) = axes.collections
+    assert max(np.ptp(path.vertices[:, 1]) for path in band.get_paths()) >= 0.2  # the error on both sides
+    low, high = axes.get_ylim()
+    kept = line.get_ydata()[np.isfinite(line.get_ydata())]
+    assert low < kept.min() - 0.1 and high > kept.max() + 0.1
+
+
+def test_each_histogram_is_a_panel_of_its_own():
+    one = {"edges": [1, 2, None], "counts": [3, 1]}
+    quality = {"histograms": dict.fromkeys(("aspect_ratio", "dihedral_min", "dihedral_max"), one)}
+    assert [len(figure.axes) for figure in histograms({"000": quality, "001": quality})] == [1, 1, 1]

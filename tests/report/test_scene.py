@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shown_models import AREA, SHAPE, cracked_box
 
-from craftmesh.report.shown_mesh import LEVELS, decimated, scene, shown_mesh
+from craftmesh.report.shown_mesh import LEVELS, decimated, fronts_of, scene, shown_mesh
 from craftmesh.surface.measure import area_vectors
 
 BOX = np.array([[0.0, 0.0, 0.0], SHAPE])
@@ -52,5 +52,10 @@ def test_places_survive_to_a_step_of_the_box(shown):
     assert areas(points, triangles.astype(int)).sum() == pytest.approx(AREA, rel=12 / LEVELS)
     front = np.frombuffer(base64.b64decode(made["fronts"][0]), "<u2").reshape(-1, 3) / LEVELS
     assert np.allclose(BOX[0] + front * BOX[1], shown.points[shown.fronts[0]], atol=6 / LEVELS)
+    assert np.allclose(fronts_of(made)[0], shown.points[shown.fronts[0]], atol=6 / LEVELS)
+    opened = np.frombuffer(base64.b64decode(made["opened"]["grain"]), "<u4")
+    assert np.count_nonzero(opened == 0) == len(
+        shown.lip.triangles
+    )  # the crack's face and the grains round it
     grain = np.frombuffer(base64.b64decode(made["skin"]["grain"]), "<u4")
     assert grain.tolist() == shown.skin.grain.tolist()

@@ -25,7 +25,9 @@ FILES_OF_INCREMENT = {
     "model.inp",
     "quality.json",
 }
-PICTURES = {f"pictures/{name}" for name in ("grains.webp", "sizes.webp", "crack.webp", "scene.json")}
+PICTURES = {
+    f"pictures/{name}" for name in ("grains.svg", "sizes.svg", "crack.svg", "opened.webp", "scene.json")
+}
 AFTER_ASSEMBLE = {"inp", "check", "depict", "report", "all"}
 AFTER_GRADATE = {"tetrahedralize", "assemble"} | AFTER_ASSEMBLE
 AFTER_SIZE = {"stitch", "gradate"} | AFTER_GRADATE

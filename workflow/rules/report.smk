@@ -14,10 +14,11 @@ rule depict:
     params:
         costs=f"{BENCHMARK}/{{inc}}/pictures.tsv",
         solution=lambda wildcards, input: command_flags({"solution": input.get("solution")}),
+        units=lambda wildcards: CAMPAIGN.unit_flags(wildcards.case),
         code=CAMPAIGN.code("depict"),
     shell:
         "CRAFTMESH_COSTS={params.costs:q}"
-        " craftmesh depict {input.volume:q} {params.solution} -o {output:q} > {log:q} 2>&1"
+        " craftmesh depict {input.volume:q} {params.solution} {params.units} -o {output:q} > {log:q} 2>&1"
 
 
 rule report:

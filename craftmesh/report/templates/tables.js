@@ -1,5 +1,5 @@
 "use strict";
-// Tables that a click on a column's head sorts, and a slider through the increments of a case.
+// Tables that buttons in their heads sort, and a slider through the increments of a case.
 (() => {
   function sort(table, column, up) {
     const text = (row) => row.cells[column].textContent.replace(/\s/g, "");
@@ -10,12 +10,18 @@
 
   for (const table of document.querySelectorAll("table.sorted")) {
     const heads = [...table.tHead.rows[0].cells];
-    heads.forEach((head, column) => head.addEventListener("click", () => {
+    heads.forEach((head, column) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.append(...head.childNodes);
+      head.append(button);
+      button.addEventListener("click", () => {
       const up = head.ariaSort !== "ascending";
       heads.forEach((other) => other.removeAttribute("aria-sort"));
       head.setAttribute("aria-sort", up ? "ascending" : "descending");
       sort(table, column, up);
-    }));
+      });
+    });
   }
 
   for (const section of document.querySelectorAll("section.case")) {

@@ -3,20 +3,19 @@
 (() => {
   const VERTEX = `#version 300 es
     in vec3 place; in vec3 colour;
-    uniform mat3 turn; uniform vec3 middle; uniform vec2 scale, aside; uniform float depth;
+    uniform mat3 turn; uniform vec3 middle, aside; uniform vec2 scale; uniform float depth;
     out vec3 at; out vec3 shade;
     void main() {
       at = place; shade = colour;
       vec3 seen = turn * (place - middle);
-      gl_Position = vec4(seen.xy * scale, -seen.z * depth, 1.0) + vec4(aside, 0.0, 0.0);
+      gl_Position = vec4(seen.xy * scale, -seen.z * depth, 1.0) + vec4(aside, 0.0);
     }`;
   const FRAGMENT = `#version 300 es
     precision highp float;
     in vec3 at; in vec3 shade;
-    uniform mat3 turn; uniform vec3 normal; uniform float height, clear, flatly;
+    uniform mat3 turn; uniform float clear, flatly;
     out vec4 result;
     void main() {
-      if (dot(at, normal) > height) discard;
       vec3 facing = turn * normalize(cross(dFdx(at), dFdy(at)));
       float light = mix(0.55 + 0.45 * abs(dot(facing, normalize(vec3(0.35, 0.5, 0.8)))), 1.0, flatly);
       result = vec4(shade * light, clear);
@@ -27,7 +26,6 @@
   const SIZES = ["440154", "482475", "414487", "355f8d", "2a788e", "21918c", "22a884", "44bf70", "7ad151", "bddf26",
     "fde725"].map(rgb);
   const LIP = rgb("e8d9b5"), FRONT = rgb("dc143c");
-  const FAR = 1e9;
 
   function rgb(hex) {
     return [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
@@ -49,14 +47,14 @@
   }
 
   // Corners and colours of triangles, none shared; `limits` is what the colours of all lengths go over.
-  function triangles(part, box, own, limits, colour, isLip) {
+  function triangles(part, box, own, limits, colour) {
     const at = places(part.points, box), corner = numbers(part.triangles, Uint32Array);
     const grain = numbers(part.grain, Uint32Array), length = numbers(part.length, Uint16Array);
     const place = new Float32Array(3 * corner.length), shade = new Float32Array(3 * corner.length);
     corner.forEach((node, k) => {
       const size = own[0] + (length[node] / 65535) * (own[1] - own[0]);
       const tint = colour === "length" ? bySize((size - limits[0]) / (limits[1] - limits[0] || 1))
-        : isLip ? LIP : GRAINS[grain[Math.floor(k / 3)] % 20];
+        : grain[Math.floor(k / 3)] ? GRAINS[grain[Math.floor(k / 3)] % 20] : LIP;
       for (let i = 0; i < 3; i++) {
         place[3 * k + i] = at[3 * node + i];
         shade[3 * k + i] = tint[i];
@@ -112,9 +110,6 @@
     const field = (name) => form.elements.namedItem(name);
     const box = scene.box, middle = [0, 1, 2].map((k) => (box[0][k] + box[1][k]) / 2);
     const radius = Math.hypot(...[0, 1, 2].map((k) => box[1][k] - box[0][k])) / 2;
-    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    const heights = [0, 1, 2, 3, 4, 5, 6, 7].map((c) => dot(scene.normal, [0, 1, 2].map((k) => box[(c >> k) & 1][k])));
-    const low = Math.min(...heights), high = Math.max(...heights);
     let around = Math.atan2(scene.towards[1], scene.towards[0]), up = Math.asin(scene.towards[2] / Math.hypot(...scene.towards));
     let zoom = 0.92, parts = {};
 
@@ -124,8 +119,9 @@
     function fill() {
       const crack = scene.cracks[field("increment").value], colour = field("colour").value;
       parts = {
-        skin: upload(gl, made, triangles(scene.skin, box, scene.lengths, scene.lengths, colour, false)),
-        lip: upload(gl, made, triangles(crack.lip, crack.box, crack.lengths, scene.lengths, colour, true)),
+        skin: upload(gl, made, triangles(scene.skin, box, scene.lengths, scene.lengths, colour)),
+        opened: upload(gl, made, triangles(scene.opened, box, scene.lengths, scene.lengths, colour)),
+        lip: upload(gl, made, triangles(crack.lip, crack.box, crack.lengths, scene.lengths, colour)),
         front: upload(gl, made, lines(crack.fronts, crack.box)),
       };
       const size = (value) => value.toPrecision(2);
@@ -149,32 +145,29 @@
       gl.uniform3fv(at("middle"), middle);
       gl.uniform2f(at("scale"), (scale * least) / canvas.width, (scale * least) / canvas.height);
       gl.uniform1f(at("depth"), 0.99 / radius);
-      gl.uniform3fv(at("normal"), scene.normal);
-      gl.clearColor(0.957, 0.969, 0.98, 1);
+      const [red, green, blue] = getComputedStyle(canvas).backgroundColor.match(/[\d.]+/g).map((value) => value / 255);
+      gl.clearColor(red, green, blue, 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       gl.enable(gl.DEPTH_TEST);
       gl.depthFunc(gl.LEQUAL);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
-      const show = (part, kind, clear, height, flatly) => {
+      const show = (part, kind, clear, flatly) => {
         gl.uniform1f(at("clear"), clear);
-        gl.uniform1f(at("height"), height);
         gl.uniform1f(at("flatly"), flatly);
         gl.bindVertexArray(part.array);
         gl.drawArrays(kind, 0, part.count);
       };
-      gl.uniform2f(at("aside"), 0, 0);
-      show(parts.lip, gl.TRIANGLES, 1, FAR, 0);
+      // the lip lies a little nearer than the body that is cut along it
+      gl.uniform3f(at("aside"), 0, 0, -0.004);
+      show(parts.lip, gl.TRIANGLES, 1, 0);
       // lines are one pixel wide: several beside each other, a little nearer than the lip
-      gl.uniform1f(at("depth"), 0.985 / radius);
       for (const [x, y] of [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]) {
-        gl.uniform2f(at("aside"), (2 * dense * x) / canvas.width, (2 * dense * y) / canvas.height);
-        show(parts.front, gl.LINES, 1, FAR, 1);
+        gl.uniform3f(at("aside"), (2 * dense * x) / canvas.width, (2 * dense * y) / canvas.height, -0.008);
+        show(parts.front, gl.LINES, 1, 1);
       }
-      gl.uniform2f(at("aside"), 0, 0);
-      gl.uniform1f(at("depth"), 0.99 / radius);
-      const body = field("body").value / 100, cut = field("cut").value / 100;
-      const height = cut < 1 ? low + cut * (high - low) : FAR;
+      gl.uniform3f(at("aside"), 0, 0, 0);
+      const body = field("body").value / 100, shown = field("cut").checked ? parts.opened : parts.skin;
       if (body < 1) {
         // facets that are turned away come first, then those in front: right for bodies without hollows
         gl.enable(gl.BLEND);
@@ -183,10 +176,10 @@
         gl.enable(gl.CULL_FACE);
         for (const side of [gl.FRONT, gl.BACK]) {
           gl.cullFace(side);
-          show(parts.skin, gl.TRIANGLES, body, height, 0);
+          show(shown, gl.TRIANGLES, body, 0);
         }
         gl.disable(gl.CULL_FACE);
-      } else show(parts.skin, gl.TRIANGLES, 1, height, 0);
+      } else show(shown, gl.TRIANGLES, 1, 0);
     }
 
     const fingers = new Map();
@@ -222,6 +215,7 @@
     field("colour").addEventListener("input", fill);
     field("body").addEventListener("input", draw);
     field("cut").addEventListener("input", draw);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
     new ResizeObserver(draw).observe(canvas);
     fill();
   }
