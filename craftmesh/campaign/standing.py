@@ -1,20 +1,35 @@
 """Status of the cases in a results folder, found from its files and logs, whichever machine runs them."""
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from statistics import median_low
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC
-from craftmesh.campaign.effort import Sizes, effort, sizes_of
+from craftmesh.campaign.effort import Sizes, effort, expected_elements, sizes_of
+from craftmesh.errors import CraftmeshError
 from craftmesh.io.json_file import read_json
-from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
+from craftmesh.io.npz import read_labels
+from craftmesh.io.stage_npz import read_sizing
+from craftmesh.report.case_files import (
+    ERROR,
+    RECORD,
+    STAGES,
+    Failure,
+    job_seconds,
+    last_line,
+    log_errors,
+)
+from craftmesh.sizing.stored import sizing_of
 
 # Files whose content volume.vtu also has; they may be missing once it exists.
 SPARE = tuple(STAGES[name].made for name in ("surface", "gradated", "tets"))
 RULES = {"import": "import_microstructure"}  # names of the workflow's rules that differ from the stage's
+PRIOR = 2.0  # s of measured jobs that count as much as the plan's estimate
 _PROGRESS = re.compile(r"\w+ +(\d+)% ")  # a line of `ProgressLine` in a log
 
 
@@ -36,7 +51,7 @@ class Standing:
     at_most: whether the crack grows and may end before its last increment. job: the job that runs or is
     next, None if all is made; runs: whether it has begun. share: fraction of the work that is done, and
     left: seconds of the remaining jobs in sequence; both count all increments. left is None before the
-    microstructure is imported. ended: why the crack stopped before its last increment, else empty.
+    first increment's lengths are known. ended: why the crack stopped before its last increment, else empty.
     failures: errors at the ends of logs. doubted: increments with a front on which no K is reliable.
     """
 
@@ -75,26 +90,31 @@ def standings(results: Path, campaign: str | None = None, since: float = 0.0) ->
     since: time in seconds since the epoch; older logs are ignored.
     """
     records = {path.parent.name: read_json(path) for path in sorted(results.glob(f"*/{RECORD}"))}
+    paces = _paces(results, records)
     return [
-        standing(results, name, record, since)
+        _standing(results, name, record, since, paces)
         for name, record in records.items()
         if campaign in (None, record["campaign"])
     ]
 
 
-def standing(results: Path, case: str, record: Mapping[str, Any], since: float = 0.0) -> Standing:
-    """Return the status of a case; record: its content of the file RECORD; since: as for `standings`."""
+def _standing(
+    results: Path, case: str, record: Mapping[str, Any], since: float, paces: Mapping[str, float]
+) -> Standing:
+    """Return the status of a case; record: its content of the file RECORD; others: as for `standings`."""
     folder = results / case
     ended = _end(folder, record)
     steps = list(_steps(results, case, record, ended[0] if ended else record["increments"], since))
     current = next(((job, begun) for job, share, begun in steps if share < 1), None)
-    sizes = sizes_of(folder / "labels.npz")
-    works = [_expected(job.stage, sizes, 1) for job, _, _ in steps]
+    voxels = _sizes(folder, "")
+    works = [_expected(job.stage, voxels) for job, *_ in steps]  # by one measure, so that shares only grow
     done = sum(work * share for work, (_, share, _) in zip(works, steps))
-    took = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
-    # Measured paces leave out each stage's longest job, because it may have compiled kernels.
-    paces = [(c.seconds - c.longest) / (c.jobs - 1) / _expected(c.stage, sizes) for c in took if c.jobs > 1]
-    timed = (folder / STAGES["microstructure"].made).is_file()
+    sizes = {job.increment: _sizes(folder, job.increment) for job, *_ in steps}
+    left = sum(
+        (1 - share) * _expected(job.stage, sizes[job.increment]) * paces.get(job.stage, paces[""])
+        for job, share, _ in steps
+    )
+    is_sized = (folder / "000" / STAGES["sizing"].made).is_file()
     return Standing(
         case=case,
         increments=record["increments"],
@@ -102,11 +122,50 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
         job=current and current[0],
         runs=current is not None and current[1],
         share=done / sum(works),
-        left=median_low([1.0, *paces]) * (sum(works) - done) if timed else None,
+        left=left if is_sized else None,
         ended=ended[1] if ended else "",
         failures=log_errors(results, case, since) if current else [],
         doubted=[job.increment for job, share, _ in steps if share == 1 and _is_doubted(folder, job)],
     )
+
+
+def _paces(results: Path, cases: Iterable[str]) -> dict[str, float]:
+    """Return measured over expected seconds of finished jobs by stage, and under "" that of all stages.
+
+    A stage's longest job is left out if there are others, because it may have compiled kernels. The pace of
+    all stages is 1 until jobs of some PRIOR seconds are measured.
+    """
+    took: dict[str, list[tuple[float, float]]] = {}
+    for case in cases:
+        for increment, stage, part, seconds in job_seconds(results / "benchmarks" / case):
+            expected = part * _expected(stage, _sizes(results / case, increment))
+            took.setdefault(stage, []).append((seconds, expected))
+    kept = {stage: sorted(jobs)[: max(len(jobs) - 1, 1)] for stage, jobs in took.items()}
+    sums = {stage: np.sum(jobs, axis=0) for stage, jobs in kept.items()}
+    measured, expected = sum(sums.values(), np.full(2, PRIOR))
+    return {stage: own[0] / own[1] for stage, own in sums.items()} | {"": measured / expected}
+
+
+def _sizes(folder: Path, increment: str) -> Sizes:
+    """Return the sizes of an increment, elements by the last mesh, surface or lengths up to it."""
+    labels = folder / STAGES["microstructure"].made
+    sizes = sizes_of(labels)
+    for number in range(int(increment), -1, -1) if increment else ():
+        made = (folder / f"{number:03d}" / STAGES[name].made for name in ("volume", "gradated", "sizing"))
+        for path in filter(Path.is_file, made):
+            if path.suffix != ".npz":
+                return replace(sizes, elements=sizes_of(path).elements)
+            return replace(sizes, elements=_elements(labels, path, _time(path)))
+    return sizes
+
+
+@cache
+def _elements(labels: Path, sizing: Path, _: float) -> float:
+    """Return the elements expected of the lengths in a sizing.npz; kept until the file's time changes."""
+    try:
+        return expected_elements(read_labels(labels), sizing_of(read_sizing(sizing)))
+    except CraftmeshError:  # the stage that reads the file reports the error
+        return sizes_of(labels).elements
 
 
 def _is_doubted(folder: Path, job: Job) -> bool:
@@ -115,9 +174,9 @@ def _is_doubted(folder: Path, job: Job) -> bool:
     return job.name == "fracture" and bool(read_json(path).get("growth", {}).get("doubted"))
 
 
-def _expected(stage: str, sizes: Sizes, chunks: int = 2) -> float:
-    """Return the estimated seconds of a job of a stage, without compiling its kernels."""
-    return effort(RULES.get(stage, stage), sizes, chunks).seconds
+def _expected(stage: str, sizes: Sizes) -> float:
+    """Return the estimated seconds of a stage's work on an increment, without compiling its kernels."""
+    return effort(RULES.get(stage, stage), sizes, chunks=1).seconds
 
 
 def _steps(
@@ -166,6 +225,13 @@ def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
     return None
 
 
+def _is_done(log: Path, volume: Path) -> bool:
+    """Return True if a log is older than the mesh, or tells a finished job: copies have other times."""
+    line = last_line(log)
+    has_ended = line and not line.startswith(ERROR) and not _PROGRESS.match(line)
+    return _time(log) <= _time(volume) or bool(has_ended)
+
+
 def _time(path: Path) -> float:
     return path.stat().st_mtime
 
@@ -173,7 +239,7 @@ def _time(path: Path) -> float:
 def _share_made(path: Path, log: Path | None) -> float:
     """Return the fraction of a job that is done: 1 if its file `path` exists, else that in its log."""
     volume = path.with_name(STAGES["volume"].made)
-    if path.name in SPARE and volume.is_file() and (log is None or _time(log) <= _time(volume)):
+    if path.name in SPARE and volume.is_file() and (log is None or _is_done(log, volume)):
         return 1.0
     if path.name == "tets" and log is not None:  # folder with one file K-of-N.npz per part
         parts = int(log.stem.rpartition("-")[2])

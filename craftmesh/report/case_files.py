@@ -49,7 +49,7 @@ STAGES = {
 RECORD = "case.json"
 PICTURES = ("grains", "sizes", "crack", "deformed", "stress", "slip")
 PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "snakemake")
-_ERROR = "craftmesh: error: "
+ERROR = "craftmesh: error: "
 
 
 class Cost(NamedTuple):
@@ -90,6 +90,17 @@ def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
         for stage, rows in ((stage, found[stage]) for stage in stages)
         if rows
     ]
+
+
+def job_seconds(folder: Path) -> Iterator[tuple[str, str, float, float]]:
+    """Yield increment ("" for none), stage, part of the stage's work and wall seconds of each job."""
+    for path in folder.rglob("*.tsv"):
+        *places, name = path.relative_to(folder).with_suffix("").parts
+        increment = places[0] if places else ""
+        stage = STAGES.get(places[1] if len(places) > 1 else name)
+        part = 1 / int(name.rpartition("-of-")[2]) if len(places) > 1 else 1.0
+        if stage is not None:
+            yield from ((increment, stage.verb, part, row["s"]) for row in _rows(path))
 
 
 def _rows(path: Path) -> Iterator[dict[str, float]]:
@@ -273,9 +284,9 @@ def log_errors(results: Path, case: str, since: float = 0.0) -> list[Failure]:
     logs = results / "logs"
     found = [(path, last_line(path)) for path in sorted((logs / case).rglob("*.log"))]
     return [
-        Failure(case, str(path.relative_to(logs)), line.removeprefix(_ERROR))
+        Failure(case, str(path.relative_to(logs)), line.removeprefix(ERROR))
         for path, line in found
-        if line.startswith(_ERROR) and path.stat().st_mtime >= since
+        if line.startswith(ERROR) and path.stat().st_mtime >= since
     ]
 
 

@@ -1,6 +1,7 @@
 """What Snakemake plans, and what it refuses, before any job runs."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -164,3 +165,21 @@ def test_examples_that_grow_are_complete(name, shared_data, new_folder):
     run = folder.snakemake("--dry-run", "--config", f"data={shared_data}", configfile=example)
     assert run.status == 0, run.text
     assert {rule: run.jobs[rule] for rule in ("inp", "solve", "grow")} == {"inp": 5, "solve": 5, "grow": 4}
+
+
+def test_earlier_cases_come_first_and_in_a_case_earlier_increments(new_folder):
+    cases = (
+        GROWING
+        + "c\tsynthetic\ttiny\t3\tgrow\na\tsynthetic\ttiny\t2\tprescribed\nb\tsynthetic\tnone\t1\t\n"
+    )
+    text = new_folder(cases).snakemake("--dry-run").text
+    jobs = re.findall(
+        r"output: results/(\w)/(\d{3}/)?([^,\s]*).*?\n(?:\s+\w+: .*\n)*?\s+priority: ([\d.]+)", text
+    )
+    assert len(jobs) > 50
+    spans = {case: [float(x) for one, *_, x in jobs if one == case] for case in "cab"}
+    assert min(spans["c"]) > max(spans["a"]) > min(spans["a"]) > max(spans["b"]) > 0
+    decks = {(case, inc): float(x) for case, inc, name, x in jobs if name == "model.inp"}
+    assert decks["c", "000/"] > decks["c", "001/"] > decks["c", "002/"]
+    by_name = {name: float(x) for case, inc, name, x in jobs if (case, inc) == ("c", "000/")}
+    assert by_name["solution.npz"] > by_name["model.inp"] > by_name["pictures"]

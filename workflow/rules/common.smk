@@ -26,6 +26,21 @@ def job_minutes(stage, file):
     return lambda wildcards, attempt: minutes(stage, sizes_of(file.format(**wildcards)), attempt)
 
 
+def in_turn(ahead=0.0):
+    """Return the function of a job's priority: of earlier cases first, then of earlier increments, all above 0.
+
+    ahead: above -0.9 and below 0.9, for jobs on which more or fewer jobs wait. Snakemake that takes numbers alone
+    runs jobs in any order.
+    """
+    places = {case: place for place, case in enumerate(reversed(CAMPAIGN.cases), 1)}
+
+    def priority(wildcards):
+        case, increment = CAMPAIGN.cases[wildcards.case], int(wildcards.get("inc", 0))
+        return places[case.name] + ahead - 0.1 * increment / case.increments
+
+    return priority if hasattr(Rule, "expand_priority") else max(ahead, 0.0)
+
+
 def files_of_each(increments, *patterns):
     """Return an input function of the files by `patterns` of each increment, a case and a name.
 

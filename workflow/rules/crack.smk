@@ -8,6 +8,7 @@ rule crack:
         f"{INC}/crack.vtp",
     log:
         f"{LOG}/{{inc}}/crack.log",
+    priority: in_turn()
     localrule: True
     conda:
         "../envs/craftmesh.yaml"

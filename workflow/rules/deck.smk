@@ -8,6 +8,7 @@ rule inp:
         mesh=CAMPAIGN.deck_files(f"{INC}/model.inp")[1:],
     log:
         f"{LOG}/{{inc}}/model.log",
+    priority: in_turn()
     group:
         "deck_{case}_{inc}"
     conda:
@@ -37,6 +38,7 @@ rule export:
         f"{LOG}/{{inc}}/model.{{kind}}.log",
     wildcard_constraints:
         kind=CAMPAIGN.export_kinds,
+    priority: in_turn()
     conda:
         "../envs/craftmesh.yaml"
     resources:
@@ -61,6 +63,7 @@ rule check:
         f"{INC}/quality.json",
     log:
         f"{LOG}/{{inc}}/quality.log",
+    priority: in_turn()
     group:
         f"{CHECKED}_{{case}}_{{inc}}"
     conda:

@@ -11,7 +11,7 @@ rule fracture:
         report=f"{INC}/fracture.json",
     log:
         f"{LOG}/{{inc}}/fracture.log",
-    priority: 1  # the next increment waits for it
+    priority: in_turn(0.5)  # the next increment waits for it
     group:
         "field_{case}_{inc}"
     conda:

@@ -13,6 +13,7 @@ checkpoint grow:
         step=f"{INC}/step.csv",
     log:
         f"{LOG}/{{inc}}/growth.log",
+    priority: in_turn(0.5)  # the next increment waits for it
     localrule: True
     conda:
         "../envs/craftmesh.yaml"

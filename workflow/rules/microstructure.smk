@@ -5,6 +5,7 @@ rule generate:
         f"{CASE}/generated.npz",
     log:
         f"{LOG}/generated.log",
+    priority: in_turn()
     group:
         "volume_{case}"
     conda:
@@ -33,6 +34,7 @@ rule import_microstructure:
         report=f"{CASE}/import.json",
     log:
         f"{LOG}/microstructure.log",
+    priority: in_turn()
     group:
         "volume_{case}"
     conda:

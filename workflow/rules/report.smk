@@ -6,6 +6,7 @@ rule depict:
         directory(f"{INC}/pictures"),
     log:
         f"{LOG}/{{inc}}/pictures.log",
+    priority: in_turn(-0.5)  # only the report waits for it
     conda:
         "../envs/craftmesh.yaml"
     resources:

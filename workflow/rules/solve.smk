@@ -8,7 +8,7 @@ rule solve:
         view=f"{INC}/solution.vtu",
     log:
         f"{LOG}/{{inc}}/solution.log",
-    priority: 1  # the next increment waits for it
+    priority: in_turn(0.5)  # the next increment waits for it
     group:
         "field_{case}_{inc}"
     conda:

@@ -5,6 +5,7 @@ rule remesh:
         f"{CASE}/remeshed.vtp",
     log:
         f"{LOG}/remeshed.log",
+    priority: in_turn()
     conda:
         "../envs/craftmesh.yaml"
     resources:
@@ -29,6 +30,7 @@ rule size:
         f"{INC}/sizing.npz",
     log:
         f"{LOG}/{{inc}}/sizing.log",
+    priority: in_turn()
     group:
         "surface_{case}_{inc}"
     conda:
@@ -57,6 +59,7 @@ rule stitch:
         f"{INC}/surface.vtp",
     log:
         f"{LOG}/{{inc}}/surface.log",
+    priority: in_turn()
     group:
         "surface_{case}_{inc}"
     conda:
@@ -84,6 +87,7 @@ rule gradate:
         f"{INC}/gradated.vtp",
     log:
         f"{LOG}/{{inc}}/gradated.log",
+    priority: in_turn()
     group:
         "surface_{case}_{inc}"
     conda:

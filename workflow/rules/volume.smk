@@ -7,6 +7,7 @@ rule tetrahedralize:
         f"{INC}/tets/{{part}}-of-{{parts}}.npz",
     log:
         f"{LOG}/{{inc}}/tets/{{part}}-of-{{parts}}.log",
+    priority: in_turn()
     conda:
         "../envs/craftmesh.yaml"
     threads: NODE.workers
@@ -40,6 +41,7 @@ rule assemble:
         meshing=f"{INC}/meshing.json",
     log:
         f"{LOG}/{{inc}}/volume.log",
+    priority: in_turn()
     group:
         "deck_{case}_{inc}"
     conda:
