@@ -7,26 +7,31 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.atomic import atomic_path
+from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import of_suffix
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.extras import extra
 from craftmesh.io.volume_format import SUFFIXES
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.types import Surface
+from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, help=f"file, or folder of TIFF slices: {', '.join(VIEWS)}")
+    parser.add_argument(
+        "file", type=Path, help=f"file, or folder of TIFF slices: {', '.join([*VOLUMES, *VIEWS])}"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="picture .png (default: the file's name and .png)"
     )
+    add_options(parser, ReadOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    file = arguments.file
-    view = view_labels if file.is_dir() else of_suffix(file, VIEWS)
+    file, options = arguments.file, options_from(arguments, ReadOptions)
+    is_volume = file.is_dir() or options != ReadOptions() or file.suffix.lower() in VOLUMES
     output = arguments.output or file.with_name(f"{file.name}.png")
-    picture = view(file)
+    picture = view_labels(file, options) if is_volume else of_suffix(file, VIEWS)(file)
     with atomic_path(output) as temporary:
         temporary.write_bytes(picture)
     print(f"wrote {output}")
@@ -50,20 +55,20 @@ def view_arrays(file: Path) -> bytes:
         box = np.stack([sizing.sources.min(axis=0) - reach, sizing.sources.max(axis=0) + reach])
         return lengths_picture(sizing, sizing.sources, box)
     arrays = load(file)
-    if "labels" not in arrays:
+    if {"displacement", "counts"} & arrays.keys():
         other = "solution.vtu" if "displacement" in arrays else "volume.vtu"
         raise CraftmeshError(f"{file}: refers to a mesh that it does not contain; view {other} instead")
     return view_labels(file)
 
 
-def view_labels(file: Path) -> bytes:
+def view_labels(file: Path, options: ReadOptions = ReadOptions()) -> bytes:  # noqa: B008
     from craftmesh.report.views import labels_picture
-    from craftmesh.voxels.reading import read_voxels
 
     try:
-        voxels = read_voxels(file).voxels
+        voxels = read_voxels(file, options).voxels
     except CraftmeshError:
-        voxels = read_voxels(file, fills=True).voxels  # label 0 stays blank if its meaning is unknown
+        # label 0 stays blank if its meaning is unknown
+        voxels = read_voxels(file, options, fills=True).voxels
     return labels_picture(voxels)
 
 
@@ -132,9 +137,9 @@ def view_front(file: Path) -> bytes:
     return fronts_picture(read_fronts(file))
 
 
-_VOLUMES = [".h5", ".hdf5", *chain.from_iterable(SUFFIXES.values())]
-_VOLUMES.remove(".npy")  # a .npy does not define its axis order
-VIEWS = dict.fromkeys(_VOLUMES, view_labels) | {
+VOLUMES = [".h5", ".hdf5", *chain.from_iterable(SUFFIXES.values())]
+VOLUMES.remove(".npz")  # stages write it, too
+VIEWS = {
     ".npz": view_arrays,
     ".vtp": view_polygons,
     ".vtu": view_mesh,

@@ -74,6 +74,38 @@ def test_a_volume_of_another_program_has_a_picture(tmp_path):
     assert colours(tmp_path / "scan.nrrd.png") > 20
 
 
+@pytest.mark.parametrize(
+    ("name", "flags"),
+    [
+        ("scan.npy", "--axes zyx --spacing 2 2 3"),
+        ("scan.npz", "--dataset grains"),
+        ("scan.npz", "--spacing 2 2 3 --background grain"),
+        ("scan.npz", ""),
+        ("SCAN.NRRD", "--spacing 2 2 3"),
+    ],
+)
+def test_what_import_takes_has_a_picture_with_the_flags_of_import(tmp_path, name, flags):
+    labels = np.arange(24, dtype=np.int32).reshape(4, 3, 2) // 6 + 1
+    if name.endswith("npy"):
+        np.save(tmp_path / name, labels)
+    elif name.endswith("npz"):
+        np.savez(tmp_path / name, grains=labels)
+    else:
+        nrrd.write(str(tmp_path / name), labels, {"spacings": [1.0, 1.0, 1.0]})
+    run(f"view {tmp_path / name} {flags} -o {tmp_path / 'a.png'}")
+    run(f"import {tmp_path / name} {flags} --labels {tmp_path / 'labels.npz'}")
+    assert colours(tmp_path / "a.png") > 20
+
+
+def test_spacing_stretches_the_picture(tmp_path):
+    np.savez(tmp_path / "scan.npz", labels=np.ones((4, 4, 4), int), spacing=np.ones(3))
+    sizes = []
+    for spacing in ("1 1 1", "1 1 4"):
+        run(f"view {tmp_path / 'scan.npz'} --spacing {spacing} -o {tmp_path / 'a.png'}")
+        sizes.append((imread(tmp_path / "a.png")[..., :3].mean(axis=2) < 0.9).sum())
+    assert sizes[1] != sizes[0]
+
+
 def test_the_picture_is_named_after_the_file(stages, monkeypatch):
     monkeypatch.chdir(stages)
     run("view crack.vtp")
