@@ -26,7 +26,7 @@ from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.within_box import is_in_material
-from craftmesh.errors import CraftmeshError, existing
+from craftmesh.errors import CraftmeshError, existing, named
 from craftmesh.growth.steps import share_of_size
 from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_report(parser)
 
 
-def run(arguments: argparse.Namespace) -> None:
+def run(arguments: argparse.Namespace) -> int:
     path = arguments.config
     campaign = read_campaign(or_default(read_config(existing(path)) if path else {}))
     jobs = planned_jobs(["--configfile", str(path)] if path else [])
@@ -79,6 +79,7 @@ def run(arguments: argparse.Namespace) -> None:
         print(line)
     if arguments.report:
         write_json(arguments.report, report)
+    return 1 if faults else 0
 
 
 def sizes_of(
@@ -105,7 +106,10 @@ def sizes_of(
             voxels = read_labels(made) if made.is_file() else _filled(*volume)
             facets, known[key], fault[key] = expected_facets(voxels), {}, ""
             for inc in case.increment_names:
-                cracks = cracks_of_increment(case, voxels, int(inc))
+                try:
+                    cracks = cracks_of_increment(case, voxels, int(inc))
+                except CraftmeshError as error:
+                    cracks, fault[key] = {}, fault[key] or f"{error}"
                 sizing = sizing_of_increment(case, voxels, cracks)
                 if not known[key]:
                     warn_of_points(case, voxels, sizing)
@@ -141,7 +145,8 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
     """Return estimates of an increment's cracks by name, before anything is solved.
 
     A growing crack of a shape by numbers is enlarged by one step per increment. A growing crack from files
-    stays the first one. A crack along grain boundaries counts as a penny of its radius, without one not.
+    stays the first one. A crack along grain boundaries counts as a penny of its radius. Raises
+    CraftmeshError that names the crack if it is outside the box or if its file cannot be read.
     """
     cracks = {}
     for name in case.cracks:
@@ -155,10 +160,11 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
         if case.grows and crack_options.shape in BY_NUMBERS:
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
-        surface, report = given_surface(crack_options, which, voxels.box, voxels)
+        with named(f"crack {name} will be refused"):
+            surface, report = given_surface(crack_options, which, voxels.box, voxels)
+            cracks[name] = crack_of_increment(crack_options, which, voxels.box, surface)
         place = f"{case.name}, increment {increment}, crack {name}"
         warn(*(f"{place}: {note}" for note in report.get("notes", ())))
-        cracks[name] = crack_of_increment(crack_options, which, voxels.box, surface)
     return cracks
 
 

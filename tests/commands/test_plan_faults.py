@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from craftmesh.cli import main
 from craftmesh.commands.plan import fault_of
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
@@ -43,3 +44,23 @@ def test_a_plan_foresees_what_the_insertion_refuses(name):
             insert_crack(surface, crack, SIZING)
     else:
         insert_crack(surface, crack, SIZING)
+
+
+def test_a_plan_goes_on_to_name_every_case_whose_crack_lies_outside_the_box(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "c.yaml").write_text("""
+cases: c.tsv
+generate: {shape: [12, 9, 8], grains: 3}
+sizing: {l0: 1.5, l_min: 1.0, l_max: 3.0, r0: 2.0, r1: 4.0}
+cracks:
+  near: {centre: [6.0, 0.0, 4.2], radius: 3.5}
+  away: {centre: [60.0, 0.0, 4.2], radius: 3.5}
+  above: {centre: [6.0, 0.0, 8.0], radius: 3.5}
+""")
+    rows = ["case\tmicrostructure\tcrack\tincrements", "a\tsynthetic\taway\t1", "b\tsynthetic\tnear\t1"]
+    (tmp_path / "c.tsv").write_text("\n".join([*rows, "c\tsynthetic\tnear,above\t1"]) + "\n")
+    assert main(["plan", "c.yaml"]) == 1
+    said = capsys.readouterr().out
+    assert "note: case a: crack away will be refused: the crack lies outside the box" in said
+    assert "note: case c: crack above will be refused: the crack lies outside the box" in said
+    assert "case b: " in said and "note: case b: crack near will" not in said
