@@ -9,6 +9,7 @@ import numpy as np
 
 from craftmesh.arguments import Frozen, as_array, check_indices, refuse_others
 from craftmesh.errors import CraftmeshError, told
+from craftmesh.shown import Shown
 
 # Kinds of voxels. A file may not say whether its voxels of label 0 are unindexed or void.
 GRAIN, UNINDEXED, VOID = "grain", "unindexed", "void"
@@ -40,7 +41,7 @@ class Crystal(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Voxels(Frozen):
+class Voxels(Frozen, Shown):
     """A labelled volume on a regular grid.
 
     labels (nx, ny, nz) int32: > 0 a grain id; 0 outside the material (connected to a face of the box); -k
@@ -97,7 +98,7 @@ class Voxels(Frozen):
 
 
 @dataclass(frozen=True)
-class Crack(Frozen):
+class Crack(Frozen, Shown):
     """A triangulated crack surface of one or several sheets, and its fronts.
 
     A sheet is a set of triangles connected across edges. It is single-valued over its best-fit plane, or
@@ -134,7 +135,7 @@ class Crack(Frozen):
 
 
 @dataclass(frozen=True)
-class Surface(Frozen):
+class Surface(Frozen, Shown):
     """A conformal multi-material surface: each facet is stored once and separates two sides.
 
     points (n, 3) float64; facets (m, 3) int32; sides (m, 2) int32: labels behind and ahead of the facet's
@@ -218,7 +219,7 @@ _OUTWARD = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8],
 
 
 @dataclass(frozen=True)
-class TetMesh(Frozen):
+class TetMesh(Frozen, Shown):
     """A conformal tetrahedral mesh with named sets.
 
     points (n, 3) float64; tets (m, 4) or (m, 10) int64 in Abaqus order, positive volumes; grain (m,)

@@ -11,6 +11,7 @@ from package_sources import ROOT, imports_of, modules, source
 
 GROUND = {
     "types",
+    "shown",
     "arguments",
     "errors",
     "extras",

@@ -13,7 +13,6 @@ from craftmesh.errors import CraftmeshError, existing
 from craftmesh.extras import extra
 from craftmesh.io.volume_format import SUFFIXES
 from craftmesh.mesh.mesh_sets import is_lip
-from craftmesh.types import Surface
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
@@ -62,23 +61,22 @@ def view_arrays(file: Path) -> bytes:
 
 
 def view_labels(file: Path, options: ReadOptions = ReadOptions()) -> bytes:  # noqa: B008
-    from craftmesh.report.views import labels_picture
+    from craftmesh.report.notebook import picture
 
     try:
         voxels = read_voxels(file, options).voxels
     except CraftmeshError:
         # label 0 stays blank if its meaning is unknown
         voxels = read_voxels(file, options, fills=True).voxels
-    return labels_picture(voxels)
+    return picture(voxels)
 
 
 def view_polygons(file: Path) -> bytes:
     """Return a picture of a surface or, if the file has no `sides`, of a crack."""
     from craftmesh.io.vtk import read_polygons
-    from craftmesh.report.views import crack_picture, surface_picture
+    from craftmesh.report.notebook import picture
 
-    found = read_polygons(file)
-    return surface_picture(found) if isinstance(found, Surface) else crack_picture(found)
+    return picture(read_polygons(file))
 
 
 def view_mesh(file: Path) -> bytes:
@@ -96,11 +94,9 @@ def view_mesh(file: Path) -> bytes:
         free = free_half_faces(first[inverse.ravel()][tets])
         moved = grid.at_points["displacement"]
         return as_png(deformed_body(points, half_face_corners(tets, free), moved))
-    from craftmesh.report.views import tets_picture
+    from craftmesh.report.notebook import picture
 
-    mesh = vtk.read_tets(file)
-    lips = [nodes for name, nodes in mesh.node_sets.items() if is_lip(name)]
-    return tets_picture(mesh.points, mesh.tets, mesh.grain, np.concatenate([np.zeros(0, np.int64), *lips]))
+    return picture(vtk.read_tets(file))
 
 
 def view_deck(file: Path) -> bytes:

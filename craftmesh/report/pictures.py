@@ -244,7 +244,7 @@ def as_svg(figure: Figure) -> str:
         figure.savefig(stream, format="svg", transparent=True, metadata=dict.fromkeys(("Date", "Creator")))
     text = stream.getvalue()
     text = re.sub(_NOT_SHOWN, "", text[text.index("<svg") :], flags=re.S)
-    text = re.sub(_PNG, lambda found: _webp(base64.b64decode(found[1])), text)
+    text = re.sub(_PNG, lambda found: webp_uri(base64.b64decode(found[1])), text)
     text = re.sub(r"\s*\n\s*", " ", text).replace("#000000", "currentColor")
     return text.replace("<svg ", '<svg fill="currentColor" ', 1)
 
@@ -259,7 +259,7 @@ def from_webp(content: bytes) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(content)).convert("RGBA")) / 255
 
 
-def _webp(png: bytes) -> str:
+def webp_uri(png: bytes) -> str:
     """Return the data URI of a .png's pixels as .webp."""
     content = _webp_bytes(Image.open(io.BytesIO(png)))
     return "data:image/webp;base64," + base64.b64encode(content).decode("ascii")
