@@ -39,21 +39,20 @@ def option(
     default: Any,
     help: str,
     unit: str = "",
-    choices: tuple = (),
     *,
     above: float | None = None,
     at_least: float | None = None,
     below: float | None = None,
     at_most: float | None = None,
 ) -> Any:
-    """Return a dataclass field that carries its help text, unit, allowed values and bounds.
+    """Return a dataclass field that carries its help text, unit and bounds; choices are typed as a Literal.
 
     `default` is MISSING if the user must give the value. A bound applies to each number of a tuple. The
     value None, where the type allows it, has no bounds.
     """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     given = {name: limit for name, limit in bounds.items() if limit is not None}
-    metadata = {"help": help, "unit": unit, "choices": choices, "bounds": given}
+    metadata = {"help": help, "unit": unit, "bounds": given}
     if default is MISSING:
         return field(metadata=metadata)
     return field(default=default, metadata=metadata)
@@ -80,7 +79,17 @@ def hints_of(cls: type) -> dict[str, Any]:
 
 
 def alternatives(hint: Any) -> tuple:
-    """Return the types that a type hint allows: the members of a union, or the hint itself."""
+    """Return the types that a type hint allows: a union's members or the hint itself; str for a Literal."""
+    return tuple(str if typing.get_origin(part) is typing.Literal else part for part in _members(hint))
+
+
+def choices_of(hint: Any) -> tuple[str, ...]:
+    """Return the values of the Literal in a type hint; empty without one."""
+    literals = (part for part in _members(hint) if typing.get_origin(part) is typing.Literal)
+    return typing.get_args(next(literals, None))
+
+
+def _members(hint: Any) -> tuple:
     is_union = isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
     return typing.get_args(hint) if is_union else (hint,)
 
@@ -95,6 +104,9 @@ def items_of(hint: Any) -> tuple[Any, int | None] | None:
 
 def is_admitted(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
     """Return whether `value` has the type `hint` and is within an option's bounds and choices."""
+    choices = choices_of(hint)
+    if choices and isinstance(value, str):
+        return value in choices
     return any(_is_one(value, part, metadata) for part in alternatives(hint))
 
 
@@ -117,7 +129,7 @@ def _is_one(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
         return isinstance(value, (bool, np.bool_))
     if value is None:
         return hint is types.NoneType
-    return isinstance(value, hint) and (not metadata.get("choices") or value in metadata["choices"])
+    return isinstance(value, hint)
 
 
 def _is_finite(value: Any) -> bool:
@@ -129,8 +141,8 @@ def _is_finite(value: Any) -> bool:
 
 def expectation(hint: Any, metadata: Mapping[str, Any]) -> str:
     """Return a text that describes the values an option allows: "a number > 0 and < 90, in degrees"."""
-    if metadata.get("choices"):
-        return "one of " + ", ".join(map(repr, metadata["choices"]))
+    if choices := choices_of(hint):
+        return "one of " + ", ".join(map(repr, choices))
     kinds = [part for part in alternatives(hint) if part is not types.NoneType]
     unit = metadata.get("unit")
     return " or ".join(_described(kind, metadata) for kind in kinds) + (f", in {unit}" if unit else "")

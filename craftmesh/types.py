@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import NamedTuple, cast
+from typing import Final, NamedTuple, cast
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.shown import Shown
 
 # Kinds of voxels. A file may not say whether its voxels of label 0 are unindexed or void.
-GRAIN, UNINDEXED, VOID = "grain", "unindexed", "void"
+GRAIN: Final = "grain"
+UNINDEXED: Final = "unindexed"
+VOID: Final = "void"
 # Facet kinds of a Surface. Box planes are numbered 1..6 in the order of BOX_PLANES.
 INTERFACE = 0
 CRACK = 7

@@ -5,6 +5,7 @@ import importlib
 import math
 import shlex
 from pathlib import Path
+from typing import Literal, get_args
 
 import pytest
 from hypothesis import given
@@ -14,9 +15,15 @@ from craftmesh.campaign.campaign import command_flags
 from craftmesh.campaign.config_schema import CRACK, SECTIONS, config_schema, option_class
 from craftmesh.campaign.configuration import completed
 from craftmesh.commands.flags import Parser, add_options, options_from
+from craftmesh.cracks.options import BY_FILES, BY_NUMBERS, IN_BOUNDARIES, Shape
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.file_volume import DEGREES, RADIANS
+from craftmesh.io.volume_format import AUTO, SUFFIXES
 from craftmesh.mechanics.user_materials import UserMaterial
-from craftmesh.options import BOUNDS, Options, alternatives, hints_of, items_of
+from craftmesh.options import BOUNDS, Options, alternatives, choices_of, hints_of, items_of
+from craftmesh.report.sweeps import QUANTITIES, Quantity
+from craftmesh.types import GRAIN, UNINDEXED, VOID
+from craftmesh.voxels.reading import Format, ReadOptions
 
 UNITS = {"", "model units", "l_min", "degrees", "voxels", "s", "GB", "MB"}
 PATHS = [*(path for _, classes in SECTIONS.values() for path in classes), CRACK]
@@ -99,7 +106,7 @@ def wrong_types():
             yield path, field.name, {"a": 1}
             if number_of(hint) or bool in alternatives(hint):
                 yield path, field.name, "three"
-            if field.metadata["choices"]:
+            if choices_of(hint):
                 yield path, field.name, "no such choice"
             if bool in alternatives(hint):
                 yield path, field.name, 1
@@ -189,3 +196,13 @@ def test_a_number_is_refused_if_and_only_if_it_breaks_the_bound(number, name):
 def test_what_is_expected_is_said(path, values, said):
     with pytest.raises(CraftmeshError, match=said):
         CLASSES[path](**values)
+
+
+def test_choices_in_types_are_those_that_the_code_knows():
+    assert get_args(Shape) == (*BY_NUMBERS, *BY_FILES, IN_BOUNDARIES)
+    assert get_args(Format) == (AUTO, *SUFFIXES)
+    assert get_args(Quantity) == tuple(QUANTITIES)
+    assert choices_of(hints_of(ReadOptions)["background"]) == (AUTO, UNINDEXED, VOID, GRAIN)
+    assert choices_of(hints_of(ReadOptions)["angles"]) == (AUTO, DEGREES, RADIANS)
+    assert choices_of(Literal["a"] | None) == ("a",) and choices_of(str | None) == ()
+    assert alternatives(Literal["a"] | None) == (str, type(None))

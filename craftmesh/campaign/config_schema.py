@@ -14,7 +14,7 @@ from types import NoneType
 from typing import Any
 
 from craftmesh.io.mesh_formats import EXPORTS
-from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
+from craftmesh.options import BOUNDS, alternatives, choices_of, hints_of, items_of
 
 SECTIONS = {
     "generate": ("the synthetic microstructure", ["voxels.options.GenerateOptions"]),
@@ -131,8 +131,8 @@ def _property(field: dataclasses.Field, hint: Any) -> dict:
     made["description"] = field.metadata.get("help", "") + (f" [{unit}]" if unit else "")
     if field.default is not dataclasses.MISSING:
         made["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
-    if field.metadata.get("choices"):
-        made["enum"] = list(field.metadata["choices"]) + [None] * ("null" in made["type"])
+    if choices := choices_of(hint):
+        made["enum"] = [*choices, *[None] * ("null" in made["type"])]
     return made
 
 

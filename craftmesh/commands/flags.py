@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, NoReturn
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import alternatives, hints_of, items_of
+from craftmesh.options import alternatives, choices_of, hints_of, items_of
 
 
 class Parser(argparse.ArgumentParser):
@@ -50,7 +50,7 @@ def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: An
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     keywords: dict[str, Any] = {"default": argparse.SUPPRESS, "required": required, "help": _help(field)}
     kind, count = value_type(hint)
-    choices = field.metadata.get("choices") or None
+    choices = choices_of(hint) or None
     if kind is bool:
         group.add_argument(flag, action=argparse.BooleanOptionalAction, **keywords)
     else:

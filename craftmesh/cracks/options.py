@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -18,7 +18,9 @@ BY_FILES = {
     "voxels": "labels in .npz, .npy, .vti, .dream3d or .tif",
 }
 IN_BOUNDARIES = "boundaries"
-SHAPES = (*BY_NUMBERS, *BY_FILES, IN_BOUNDARIES)
+Shape = Literal[
+    "penny", "ellipse", "through_edge", "surface", "points", "fronts", "path", "voxels", "boundaries"
+]
 _PLANE, _SERIES = ("centre", "normal", "axis"), ("growth", "increments")
 # Keys that each shape uses; any other key is rejected, because it would have no effect.
 TAKEN = {
@@ -42,7 +44,7 @@ class CrackOptions(Options):
     The part of the ellipse outside the box is cut off.
     """
 
-    shape: str = option("penny", "kind of crack", choices=SHAPES)
+    shape: Shape = option("penny", "kind of crack")
     centre: tuple[float, float, float] | None = option(
         None, "centre of the ellipse; for through_edge a point on the crack mouth", "model units"
     )

@@ -1,6 +1,7 @@
 """Options of a deck besides its model: files, user materials, steps, contact and output."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.cohesive import parse_cohesive
@@ -21,22 +22,20 @@ class DeckOptions(ModelOptions):
     includes: bool = option(
         False, "write nodes, elements and sets to MODEL_mesh.inp, which the deck MODEL.inp includes"
     )
-    style: str = option(
+    style: Literal["flat", "parts", "mesh"] = option(
         FLAT,
         "flat, for Abaqus and CalculiX; parts, for Abaqus: the body is a part, with instance BODY-1 in an "
         "assembly; mesh: only nodes, elements and sets",
-        choices=(FLAT, PARTS, MESH),
     )
     user_material: str = option(
         "",
         "template of a user subroutine's material, which the deck has instead of material (K and builtin "
         "keep that): angles, huang, oxford, single_crystal (CalculiX), or your own .yaml",
     )
-    orientations: str = option(
+    orientations: Literal["grain", "element"] = option(
         "grain",
         "axes of sections: the grain's mean, or for each element the axes of its nearest voxel, if "
         "import kept them (voxel_orientations); builtin and K take the mean",
-        choices=("grain", "element"),
     )
     steps: tuple[str, ...] = option(
         (),

@@ -3,18 +3,17 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option, own_code
 
 NEAR_FIELD, SLIP = "near_field", "slip"
 CRITERIA = ("tangential_stress", "energy_release", NEAR_FIELD, SLIP)
-LAWS = ("uniform", "power")
 LEAST_RATIO = -2.0  # smallest stress ratio R that Newman's opening function covers
 # Smallest and largest rate, in median rates. Both hold where da/dN is not known in its unit (`limits`);
 # MOST also shortens steps (`steps.step_length`).
 LEAST, MOST = 0.2, 2.0
-SMOOTHING = ("fit", "savitzky_golay", "none")
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,8 @@ class GrowthOptions(Options):
     ring: float = option(
         2.0, "radius of the ring around the front on which slip is read, in local front edges", above=0
     )
-    law: str = option(
-        "uniform", "extension: uniform, or power (it follows da/dN at each point's Delta K)", choices=LAWS
+    law: Literal["uniform", "power"] = option(
+        "uniform", "extension: uniform, or power (it follows da/dN at each point's Delta K)"
     )
     change: float = option(
         0.1, "relative change of K per step if neither share nor extension is given", above=0, at_most=1
@@ -104,7 +103,9 @@ class GrowthOptions(Options):
 class SmoothingOptions(Options):
     """Smoothing of the front points' moves along the front."""
 
-    smoothing: str = option("fit", "smoothing of the extension along the front", choices=SMOOTHING)
+    smoothing: Literal["fit", "savitzky_golay", "none"] = option(
+        "fit", "smoothing of the extension along the front"
+    )
     window: int = option(7, "front nodes in the window of savitzky_golay, an odd number", at_least=5)
 
 

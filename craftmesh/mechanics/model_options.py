@@ -1,6 +1,7 @@
 """Options of the finite-element model, which the deck, the solver and K share."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.eigenstrains import parse_eigenstrains
@@ -15,26 +16,24 @@ PLATES = "plates"
 class ModelOptions(Options):
     """Options of a finite-element model: element type, materials, loads and supports."""
 
-    element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
+    element: Literal["C3D4", "C3D10"] = option("C3D10", "element type")
     material: tuple[str, ...] = option(
         ("isotropic:70000,0.33",),
         "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
         "cubic c11,c12,c44; hexagonal c11,c12,c13,c33,c44, c along the crystal's z; anisotropic 21 "
         "constants D1111,D1122,D2222,... in Abaqus' order",
     )
-    load: str = option(
+    load: Literal["strain", "stress", "plates", "none"] = option(
         "strain",
         "what magnitude is; plates: the strain, and in the deck (which is then for Abaqus only) two rigid "
         "frictionless plates compress the body",
-        choices=("strain", "stress", PLATES, "none"),
     )
     magnitude: float = option(1e-3, "strain, or stress in the materials' unit; tension is positive")
-    axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
-    sides: str = option(
+    axis: Literal["x", "y", "z"] = option("z", "axis of the tension")
+    sides: Literal["free", "rollers"] = option(
         "free",
         "minimum planes of the other two axes: free, with the body held against rotation and sliding at "
         "two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
-        choices=("free", "rollers"),
     )
     faces: tuple[str, ...] = option(
         (),

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from craftmesh.options import Options, option
 
 SIZES = ("l_min", "l0", "l_max", "r0", "r1")
 FEWEST = 2  # smallest number of sizes for a comparison
+Quantity = Literal[
+    "K_I", "J", "kink_angle", "largest_K_I", "reaction", "crack_area", "mean_aspect_ratio", "elements"
+]
 # Titles of the quantities that may be compared, by name.
 QUANTITIES = {
     "K_I": "mean K_I along the fronts",
@@ -98,10 +101,9 @@ def _sweep(key: str, by_size: Mapping[float, str]) -> Sweep:
 class ReportOptions(Options):
     """Options of the report: the quantity to compare in sweeps, and the convergence tolerance."""
 
-    quantity: str | None = option(
+    quantity: Quantity | None = option(
         None,
         "quantity to compare in a sweep over element sizes, solved if needed; none: all available ones",
-        choices=tuple(QUANTITIES),
     )
     tolerance: float = option(
         0.05, "relative difference from the finest size below which a size has converged", above=0

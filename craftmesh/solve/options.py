@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
@@ -16,10 +17,9 @@ FIELD = "field.csv"  # file of displacements from another program, next to the s
 class SolveOptions(Options):
     """The solver, its tolerance, and its limits of time and memory."""
 
-    solver: str = option(
+    solver: Literal["builtin", "calculix", "abaqus", "external"] = option(
         BUILTIN,
         "builtin; calculix or abaqus, run on the deck; external, a file that craftmesh waits for",
-        choices=(BUILTIN, CALCULIX, ABAQUS, EXTERNAL),
     )
     tolerance: float = option(
         1e-8, "builtin: largest residual, forces out of balance over reactions and loads", above=0, below=1
@@ -27,11 +27,10 @@ class SolveOptions(Options):
     max_iterations: int = option(
         500, "builtin: largest number; a field that is then not exact enough is rejected", at_least=1
     )
-    integration: str = option(
+    integration: Literal["deck", "full"] = option(
         "deck",
         "builtin: integration points of C3D10: deck, the 4 of Abaqus and CalculiX; full, 14, for which "
         "quarter-point elements reproduce uniform strain exactly",
-        choices=("deck", "full"),
     )
     contact: bool = option(
         True, "builtin: lips of the crack that would overlap press on each other, without friction"

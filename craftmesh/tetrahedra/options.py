@@ -1,6 +1,7 @@
 """How the grains are filled with tetrahedra."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from craftmesh.options import Options, option
 from craftmesh.tetrahedra.meshers import TETWILD
@@ -21,10 +22,9 @@ class TetrahedralizeOptions(Options):
     time_limit: float = option(600.0, "longest time for one attempt at one grain", "s", above=0)
     memory_limit: float = option(16.0, "largest address space that a worker process may add", "GB", above=0)
     repair: bool = option(True, "first move points of facets that intersect or are degenerate")
-    fallback: str = option(
+    fallback: Literal["tetwild", "none"] = option(
         TETWILD,
         "what happens when a grain fails every attempt: the whole model by pytetwild, or an error",
-        choices=(TETWILD, "none"),
     )
     envelope: float = option(
         0.1, "tetwild moves facets by this at most, in shortest target lengths", above=0

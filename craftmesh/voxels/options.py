@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class GenerateOptions(Options):
     size_spread: float = option(
         0.0, "spread of grain sizes; 0: Voronoi, larger: Laguerre tessellation", at_least=0, below=1
     )
-    columnar_axis: str = option("z", "axis along which columnar_ratio stretches", choices=("x", "y", "z"))
+    columnar_axis: Literal["x", "y", "z"] = option("z", "axis along which columnar_ratio stretches")
     columnar_ratio: float = option(
         1.0, "ratio of the grains' length along columnar_axis to their width", above=0
     )

@@ -3,22 +3,23 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, existing, listed, named
 from craftmesh.io.declared import enough_memory
-from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume
+from craftmesh.io.file_volume import UNSAID, FileVolume
 from craftmesh.io.npz import read_npy, read_npz
 from craftmesh.io.oriented import read_metaimage, read_nrrd
 from craftmesh.io.tesr import read_tesr
 from craftmesh.io.tiff import read_tiff
-from craftmesh.io.volume_format import AUTO, SUFFIXES, format_of
+from craftmesh.io.volume_format import AUTO, format_of
 from craftmesh.io.vti import read_vti
 from craftmesh.options import Options, option
 from craftmesh.surface.side_data import place_beside
-from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
+from craftmesh.types import UNINDEXED, Voxels
 from craftmesh.voxels.background import background_shown
 from craftmesh.voxels.file_orientations import orientation_table, quaternions_of_voxels
 from craftmesh.voxels.remapping import (
@@ -32,14 +33,14 @@ from craftmesh.voxels.remapping import (
     rename,
 )
 
-FORMATS = (AUTO, *SUFFIXES)
+Format = Literal["auto", "npz", "npy", "dream3d", "vti", "labdct", "tiff", "tesr", "metaimage", "nrrd"]
 
 
 @dataclass(frozen=True)
 class ReadOptions(Options):
     """How a microstructure file is read."""
 
-    format: str = option(AUTO, "format of the file; auto: by its name and content", choices=FORMATS)
+    format: Format = option(AUTO, "format of the file; auto: by its name and content")
     dataset: str = option(
         "", "array of the grain ids: entry name, cell array or HDF5 path; empty: the format's usual name"
     )
@@ -49,21 +50,19 @@ class ReadOptions(Options):
     origin: tuple[float, float, float] | None = option(
         None, "lower corner of the volume instead of the file's", "model units"
     )
-    axes: str = option(
-        "", "axis order of a .npy or .npz array", choices=("", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx")
+    axes: Literal["", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx"] = option(
+        "", "axis order of a .npy or .npz array"
     )
-    background: str = option(
+    background: Literal["auto", "unindexed", "void", "grain"] = option(
         AUTO,
         "meaning of background_value; auto: as the format defines it, else found from the volume",
-        choices=(AUTO, UNINDEXED, VOID, GRAIN),
     )
     background_value: int = option(0, "label of the background")
     void_labels: tuple[int, ...] = option((), "labels of voids: v becomes void v, with the label -v")
     table: str = option("", "HDF5 array or group with the grains' orientations and phases, if several fit")
-    angles: str = option(
+    angles: Literal["auto", "degrees", "radians"] = option(
         AUTO,
         "unit of the file's Euler angles; auto: as the file states, else from their range",
-        choices=(AUTO, DEGREES, RADIANS),
     )
     ignore_unknown_orientations: bool = option(
         False, "accept grains without an orientation, if others in the file have one"
@@ -79,7 +78,7 @@ def read_voxels(
     options: ReadOptions = ReadOptions(),  # noqa: B008
     fills: bool = False,
 ) -> RawVolume:
-    """Read a labelled volume in one of FORMATS; a TIFF stack is a file or a folder.
+    """Read a labelled volume in one of the formats of `Format`; a TIFF stack is a file or a folder.
 
     Ids in the file are kept as grain ids; only if 0 is a grain, every id increases by 1 (see `remap` and
     `notes`). fills: whether the user sets fill_unindexed; then 0 is unindexed if the format does not define
@@ -195,7 +194,7 @@ def _meaning(
 ) -> tuple[Meaning, tuple[str, ...]]:
     """Return the meaning of labels (nx, ny, nz), and a note if that of 0 was found from the volume."""
     notes: tuple[str, ...] = ()
-    background = options.background
+    background: str = options.background
     if background == AUTO:
         background = content.zero if options.background_value == 0 else UNINDEXED
     if background == UNSAID:

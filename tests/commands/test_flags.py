@@ -1,6 +1,7 @@
 """Flags made from option classes give back what was asked, and say units and defaults."""
 
 from dataclasses import MISSING, dataclass
+from typing import Literal
 
 import pytest
 
@@ -15,7 +16,7 @@ class WarpOptions:
     l_min: float = option(0.5, "edge length", "um")
     rounds: int | None = option(None, "rounds at most")
     fill: bool = option(True, "fill gaps")
-    scheme: str = option("fast", "scheme", choices=("fast", "safe"))
+    scheme: Literal["fast", "safe"] = option("fast", "scheme")
     centre: tuple[float, float, float] = option((0.0, 0.0, 0.0), "centre", "um")
     plain: tuple[float, float] = option((1.0, 2.0), "two numbers")
     steps: tuple[float | str | tuple[float, float], ...] | None = option(None, "any words")
