@@ -22,7 +22,7 @@ def parser_of(verb: str) -> argparse.ArgumentParser:
 
 def fault_of_craftmesh(words: list[str], whole: bool) -> str:
     verb, *rest = words[1:]
-    if verb in ("--help", "--version", "VERB"):
+    if verb in ("--help", "--version", "SUBCOMMAND"):
         return ""
     if verb not in VERBS:
         return f"{verb} is no verb"

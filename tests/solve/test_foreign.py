@@ -170,7 +170,7 @@ shutil.copy({str(folder / "values")!r}, field)
         (("--command", "not-there-at-all"), "not-there-at-all: cannot be run"),
         (("--command", "sleep 60", "--time-limit", "0.3"), "sleep: gave no answer within 0.3 s"),
         (("--command", "cat {job}.nothing"), "cat: ended with status 1 (cat: model.nothing: No such file"),
-        (("--command", "true"), "abaqus: left no field.csv"),
+        (("--command", "true"), "abaqus: wrote no field.csv"),
     ],
 )
 def test_calls_that_fail_are_said_in_one_line(folder, flags, said, capsys):

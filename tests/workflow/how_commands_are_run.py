@@ -8,7 +8,7 @@ SCAN = "--configfile scan.yaml"
 # in the guide's folder, after its fences
 IN_THE_GUIDE = {
     "craftmesh --help": "craftmesh --help",
-    "craftmesh VERB --help": "craftmesh gradate --help",
+    "craftmesh SUBCOMMAND --help": "craftmesh gradate --help",
     "craftmesh snakefile": "craftmesh snakefile",
     "craftmesh completion bash": "craftmesh completion bash",
     "craftmesh generate --shape 48 40 44 --grains 20 --voids 1 -o generated.npz": "",
