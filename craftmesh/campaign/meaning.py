@@ -15,7 +15,8 @@ from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.options import GrowthOptions, check_criterion, check_cycle
+from craftmesh.growth.options import GrowthOptions, check_cycle, check_own
+from craftmesh.growth.rates import laws_of
 from craftmesh.io.user_material import read_template
 from craftmesh.io.volume_format import AUTO, format_by_name
 from craftmesh.mechanics.faces import parse_faces, rows_of
@@ -48,7 +49,7 @@ def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
         try:
             check(keys, case)
         except CraftmeshError as error:
-            message = _keyed(section, str(error).removeprefix("crack."), keys)
+            message = _keyed(section, str(error).removeprefix("crack.").removeprefix(f"{section}."), keys)
             raise CraftmeshError(message if keys == common else f"{case.place}: {message}") from None
     _check_increments(case)
 
@@ -127,9 +128,10 @@ def _check_solve(keys: Mapping[str, Any], case: Case) -> None:
 def _check_grow(keys: Mapping[str, Any], case: Case) -> None:
     _check_files("grow", keys)
     options = GrowthOptions(**fields_of(GrowthOptions, keys))
-    check_criterion(options.criterion)
+    check_own(options)
     loads = ModelOptions(**fields_of(ModelOptions, case.settings["inp"])).combinations
-    check_cycle(options.cycle, [one.name for one in loads])
+    check_cycle(options, [one.name for one in loads])
+    laws_of(options)
 
 
 _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {

@@ -53,8 +53,8 @@ def run(arguments: argparse.Namespace) -> None:
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
     solutions = read_solutions(existing(arguments.solution))
     check_solutions(model, solutions, str(arguments.solution))
-    check_cycle(growth.cycle, list(solutions))
-    solutions = {name: solutions[name] for name in dict.fromkeys([*growth.cycle, *solutions])}
+    check_cycle(growth, list(solutions))
+    solutions = {name: solutions[name] for name in dict.fromkeys([*growth.loads, *solutions])}
     crack = read_crack(existing(arguments.crack)) if arguments.crack else None
     if crack is not None and "CRACK_FRONT" not in model.mesh.node_sets:
         solutions = {}  # the crack ends in faces of the body

@@ -1,43 +1,31 @@
 """Kink angle and extension of each front point, reasons to stay, and the load cycles of the step."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
+from craftmesh.growth.driving import driving_force
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
-from craftmesh.growth.kink_angle import Criterion, criterion_of, opened
-from craftmesh.growth.options import LEAST_RATIO, GrowthOptions
-from craftmesh.growth.rates import LocalRates, laws_of, local_rates, open_share
-from craftmesh.growth.relaxation import FrontRows, over_step
+from craftmesh.growth.kink_angle import kink_angles_of, opened
+from craftmesh.growth.options import LEAST_RATIO, STRESS, Block, GrowthOptions
+from craftmesh.growth.rates import LoadCycle, largest, laws_of, local_rates, open_share
+from craftmesh.growth.relaxation import over_step
 from craftmesh.growth.steps import ROOT, Counted, counted, growth_to, step_length
-from craftmesh.growth.trust import sources
 
 CLOSED, ARRESTED, NOISE = "closed", "arrested", "noise"
+UNSTABLE, YIELDS = "unstable", "yields"
 STAYS = {
     CLOSED: "K_I is not above its estimated error",
-    ARRESTED: "Delta K is not above grow.threshold",
+    ARRESTED: "Delta K is not above the threshold",
     NOISE: "the driving force is not above the estimated error of K",
+    UNSTABLE: "the driving force reaches K_c",
+    YIELDS: "the mean stress over the net section reaches grow.yield_stress",
 }
+ENDS = {UNSTABLE, YIELDS}  # reasons of a single point that end the growth of the whole crack
 # Fraction of sigma sqrt(pi a) below which K counts as noise. With five edges per radius, K differs from the
 # exact value by up to 0.43 % of it (the lens and the crystal of docs/fracture.md). K_II of a penny under
 # compression is exactly 0, and comes out as 0.54 %.
 NOISE_SHARE = 0.01
-
-
-class Evidence(NamedTuple):
-    """Reliability of K at front points; `reasons` compares driving forces with it.
-
-    doubt (n,): estimated error of K, in its unit. trusted (n,): False at points that take K of the nearest
-    trusted point on their front, see `growth.trust`. contact: True if the solution keeps crack faces from
-    overlapping, so that K_II of closed faces is valid. front (n,): number of each point's front.
-    """
-
-    points: np.ndarray
-    doubt: np.ndarray
-    trusted: np.ndarray
-    contact: bool = False
-    front: np.ndarray | None = None
+LITTLE = 1e-4  # change of ln K for the exponent d ln(da/dN) / d ln(K); a power's is then exact to 1e-11
 
 
 def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
@@ -48,97 +36,66 @@ def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
     return np.maximum(error, NOISE_SHARE * stress * np.sqrt(np.pi * radius))
 
 
-def reasons(
-    k: np.ndarray,
-    driving: np.ndarray,
-    span: np.ndarray,
-    threshold: float | np.ndarray,
-    doubt: np.ndarray,
-    contact: bool = False,
-) -> np.ndarray:
+def reasons(front: FrontPoints, peak: LoadCycle, rate: np.ndarray, options: GrowthOptions) -> np.ndarray:
     """Return the reasons (n,) why points stay, keys of STAYS; "" at points that extend.
 
-    k (n, 3): K_I, K_II, K_III; driving (n,): driving force, in the unit of K; span (n,): effective Delta K
-    of a cycle, which must exceed the threshold; doubt (n,): error of K; contact: see Evidence.
+    front: with doubts of K; peak: the cycle with the largest driving force; rate (n,): da/dN at it. K_I
+    within its doubt counts as closed only if no shear alone drives the crack, or else if lips overlap.
     """
-    words = np.full(len(k), "", object)
-    words[span <= threshold] = ARRESTED
-    if not contact:
-        words[k[:, 0] <= doubt] = CLOSED
-    words[driving <= doubt] = NOISE
-    words[k[:, 0] < -doubt] = CLOSED
+    words = np.full(len(rate), "", object)
+    words[rate <= 0] = ARRESTED
+    if not front.contact and options.driving in (STRESS, "K_I"):
+        words[peak.front.k[:, 0] <= front.doubt] = CLOSED
+    words[peak.driving <= front.doubt] = NOISE
+    words[peak.front.k[:, 0] < -front.doubt] = CLOSED
+    reaches = np.isinf(rate) | (peak.driving >= (options.toughness or np.inf))
+    words[(words == "") & reaches] = UNSTABLE
+    if options.yield_stress is not None and front.net_stress >= options.yield_stress:
+        words[:] = YIELDS
     return words
 
 
-class CrackFronts(NamedTuple):
-    """The fronts of a crack.
+def kinks_and_extensions(front: FrontPoints, options: GrowthOptions) -> tuple[FrontStep, Counted]:
+    """Return the step of a crack's front points, and the load cycles of the step.
 
-    size: crack size, in model units; rows: indices of the points of each front; edge: edge length of the
-    fronts; error: median estimated error of K.
+    Points that are not trusted take K of the nearest trusted point. `kink_angles_of` and `driving_force`
+    give directions and driving forces in each load cycle; the cycle with the largest driving force sets the
+    direction. `reasons` gives the points that stay; the kink angle is 0 at those that stay as CLOSED or
+    NOISE. Raise CraftmeshError for contradicting options, and as the functions of `options` do.
     """
+    front = front.from_trusted()
+    blocks = options.cycles()
+    cycles = [_cycle(front, block, options) for block in blocks]
+    count = np.array([block.number for block in blocks])
+    laws = local_rates(laws_of(options), front.grain, front.phase)
 
-    size: float
-    rows: Sequence[FrontRows] = ()
-    edge: float = 0.0
-    error: float = 0.0
+    def rate_at(scale: float) -> np.ndarray:
+        return count @ np.stack([laws.rate(one.scaled(scale)) for one in cycles]) / count.sum()
 
-
-def kinks_and_extensions(
-    k: np.ndarray,
-    fronts: CrackFronts,
-    options: GrowthOptions,
-    known: Evidence | None = None,
-    last: Counted | None = None,
-    laws: LocalRates | None = None,
-    stiffness: np.ndarray | None = None,
-    least: np.ndarray | None = None,
-    ways: np.ndarray | None = None,
-) -> tuple[FrontStep, Counted]:
-    """Return the step of a crack's front points from their K, and the load cycles of the step.
-
-    `criterion_of` gives kink angles and driving forces, `reasons` the points that stay. A point that is not
-    trusted takes K of the nearest trusted point. The kink angle is 0 at points that stay as CLOSED or
-    NOISE. Normals and binormals are NaN in the step; `dataclasses.replace` sets them.
-
-    k (n, 3): K_I, K_II, K_III; known: reliability of K, exact if None; last: the previous front; laws: rate
-    laws by point, those of the options if None; stiffness (n, 6, 6), ways (n,): as in `criterion_of`; least
-    (n, 3): K at the other end of the cycle, instead of the options' stress ratio. Raise CraftmeshError as
-    `criterion_of` and its functions do.
-    """
-    count = len(k)
-    known = known or Evidence(np.zeros((count, 3)), np.zeros(count), np.ones(count, bool))
-    source = sources(known.points, known.trusted, known.front)
-    k, doubt = k[source], known.doubt[source]
-    criterion = criterion_of(options, stiffness, ways)
-    angle = criterion.angles(k)
-    driving = criterion.driving(opened(k), angle)
-    ratio = np.full(count, options.stress_ratio)
-    if least is not None:
-        angle, driving, ratio, k = _cycle_peak(criterion, angle, driving, k, least[source])
-    laws = laws or local_rates(laws_of(options), np.zeros(count, int), {})
-    share = open_share(options.closure, ratio)
-    span = share * np.maximum(driving, 0.0)
-    stays = reasons(k, driving, span, laws.threshold, doubt, known.contact)
+    peak = largest(cycles)
+    da_dn = rate_at(1.0)
+    stays = reasons(front, peak, da_dn, options)
     goes = stays == ""
-    angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
-    da_dn = np.where(goes, laws.rate(span), 0.0)
-    rate, power, cycles = _rates(
-        span, da_dn, float(np.median(share)) * fronts.error, fronts, options, laws, last
-    )
+    da_dn = np.where(goes, da_dn, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        power = np.log(rate_at(np.exp(LITTLE)) / da_dn) / LITTLE
+    rate, exponent, counts = _rates(front, peak, da_dn, power, options)
     step = FrontStep.of(
-        known.points,
-        kink_angle=angle,
-        extension=over_step(rate, power, cycles.step, fronts.rows),
-        trusted=known.trusted & has_way(stays),
+        front.points,
+        front.normal,
+        front.binormal,
+        np.where(goes | (stays == ARRESTED), peak.angle, 0.0),
+        over_step(rate, exponent, counts.step, front.rows),
+        trusted=front.trusted & has_way(stays),
         stays=stays,
         rate=rate,
-        power=np.full(count, power),
+        power=np.full(len(rate), exponent),
         da_dn=da_dn,
-        delta_k=span,
-        ratio=ratio,
-        driving=driving,
+        delta_k=peak.delta_k,
+        ratio=peak.ratio,
+        driving=peak.driving,
     )
-    return step, cycles
+    return step, counts
 
 
 def has_way(stays: np.ndarray) -> np.ndarray:
@@ -147,53 +104,59 @@ def has_way(stays: np.ndarray) -> np.ndarray:
 
 
 def _rates(
-    span: np.ndarray,
-    rate: np.ndarray,
-    error: float,
-    fronts: CrackFronts,
-    options: GrowthOptions,
-    laws: LocalRates,
-    last: Counted | None,
+    front: FrontPoints, cycle: LoadCycle, rate: np.ndarray, powers: np.ndarray, options: GrowthOptions
 ) -> tuple[np.ndarray, float, Counted]:
     """Return relative rates (n,), their exponent d ln(rate) / d ln(K), and the step with its load cycles.
 
     The relative rate is da/dN over its median, within the options' limits; with law uniform it is 1, and
-    the exponent 0. It is 0 at points that stay. span (n,): effective Delta K; rate (n,): da/dN, 0 at points
-    that stay; error: error of Delta K, in its unit.
+    the exponent 0. It is 0 at points that stay. rate (n,): da/dN, 0 at points that stay; powers (n,): its
+    exponents, not finite where unknown.
     """
-    goes = rate > 0
+    goes, last = rate > 0, front.last
     if not goes.any():
-        return rate, 0.0, counted(last, fronts.size, 0.0, 0.0, 0.0, 0.0)
-    middle, power = float(np.median(rate[goes])), float(np.median(laws.power(span)[goes]))
+        return rate, 0.0, counted(last, front.size, 0.0, 0.0, 0.0, 0.0)
+    known = goes & np.isfinite(powers)
+    middle, power = float(np.median(rate[goes])), float(np.median(powers[known])) if known.any() else 0.0
     growth = growth_to(last, middle, power)
-    front = min((one.length for one in fronts.rows), default=np.inf)
+    length = min((one.length for one in front.rows), default=np.inf)
     farthest = float(rate.max()) / middle if options.law != "uniform" else 1.0
-    step = step_length(
-        options, fronts.size, front, fronts.edge, growth / power if power else ROOT, farthest
-    )
-    count = counted(last, fronts.size, step, middle, power, error / float(np.median(span[goes])))
+    change = growth / power if power else ROOT
+    step = step_length(options, front.size, length, front.edge, change, farthest)
+    opens = np.median(open_share(options.closure, cycle.ratio)) * front.error
+    error = float(opens / np.median(cycle.delta_k[goes]))
+    count = counted(last, front.size, step, middle, power, error)
     if options.law == "uniform":
         return goes.astype(float), 0.0, count
     least, most = options.limits
-    floor = np.where(laws.threshold > 0, 0.0, least)
-    return np.where(goes, np.clip(rate / middle, floor, most), 0.0), power, count
+    return np.where(goes, np.clip(rate / middle, least, most), 0.0), power, count
 
 
-def _cycle_peak(
-    criterion: Criterion, angle: np.ndarray, driving: np.ndarray, k: np.ndarray, other: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return kink angle, driving force, R (n,) and K (n, 3) at each point's peak of the cycle.
+def _cycle(front: FrontPoints, block: Block, options: GrowthOptions) -> LoadCycle:
+    """Return one load cycle; R is the other end's share of the peak's driving force.
 
-    The peak is the cycle end with the larger driving force; it sets the kink angle. R is the other end's
-    driving force in that direction divided by the peak's. A negative K_I of the other end, as from a
-    solution without contact, is not set to 0. angle, driving, k: at one end; other (n, 3): K at the other
-    end.
+    R is 1 - D(K - K') / D(K) with K at the peak, K' at the other end and the driving force D in the peak's
+    direction. So it is the ratio of two loads in proportion, and modes change by their own ranges. A
+    negative K_I of the other end, as from a solution without contact, is not set to 0.
     """
-    angle_there = criterion.angles(other)
-    there = criterion.driving(opened(other), angle_there)
-    turned = there > driving
-    angle, driving = np.where(turned, angle_there, angle), np.where(turned, there, driving)
-    k, other = np.where(turned[:, None], other, k), np.where(turned[:, None], k, other)
-    drives = driving > 0
-    ratio = np.where(drives, criterion.driving(other, angle) / np.where(drives, driving, 1.0), 0.0)
-    return angle, driving, np.clip(ratio, LEAST_RATIO, 1.0), k
+
+    def drive(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        here = front.with_k(k)
+        angle = kink_angles_of(here, options)
+        return angle, driving_force(front.with_k(opened(k)), angle, options)
+
+    k = front.at(block.largest)
+    angle, driving = drive(k)
+    if block.ratio is not None:
+        ratio = np.full(len(k), block.ratio)
+    else:
+        other = front.at(block.smallest)
+        angle_there, there = drive(other)
+        turned = there > driving
+        angle, driving = np.where(turned, angle_there, angle), np.where(turned, there, driving)
+        k, other = np.where(turned[:, None], other, k), np.where(turned[:, None], k, other)
+        drives = driving > 0
+        change = driving_force(front.with_k(opened(k) - other), angle, options)
+        ratio = np.where(drives, 1 - change / np.where(drives, driving, 1.0), 0.0)
+        ratio = np.clip(ratio, LEAST_RATIO, 1.0)
+    delta_k = open_share(options.closure, ratio) * np.maximum(driving, 0.0)
+    return LoadCycle(driving, ratio, delta_k, angle, front.with_k(k))

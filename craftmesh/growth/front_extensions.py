@@ -1,18 +1,20 @@
 """Kink angles and extensions of a solved crack's fronts: the columns of sif.csv that `grow_crack` takes."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from craftmesh.arguments import typed
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import CrackFronts, Evidence, doubts, kinks_and_extensions
+from craftmesh.growth.extension import doubts, kinks_and_extensions
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.kink_angle import SlipField, slip_ways
-from craftmesh.growth.options import NEAR_FIELD, SLIP, GrowthOptions, check_cycle
-from craftmesh.growth.rates import laws_of, local_rates
+from craftmesh.growth.net_section import largest_net_stress
+from craftmesh.growth.options import SLIP, GrowthOptions, check_cycle
 from craftmesh.growth.relaxation import rows_along
 from craftmesh.growth.steps import Counted, counted, crack_size
 from craftmesh.growth.trust import trusted
@@ -40,48 +42,58 @@ def front_extensions(
     """Return the columns of sif.csv, with kink angles and extensions, and a report with the load cycles.
 
     found: parameters along the fronts by load case, as `stress_intensities` returns them for `solutions`;
-    empty if the mesh has no front. The load cases of options.cycle count, by default the first. last: the
-    previous front, as `counted_front` reads it from a report; slip: the content of options.slip_table.
+    empty if the mesh has no front. The load cases of options.cycle or options.blocks count, by default the
+    first. last: the previous front, as `counted_front` reads it from a report; slip: the content of
+    options.slip_table.
     Raise CraftmeshError if the cycle names unknown load cases, or the criterion lacks orientations or slip.
     """
-    check_cycle(options.cycle, list(model.by_load()))
+    check_cycle(options, list(model.by_load()))
     size = crack_size(crack, model.mesh.box)
     if not found:
         none = dict.fromkeys(("node", "kink_angle", "extension", "stays"), np.zeros(0))
         stands = counted(last, size, 0.0, 0.0, 0.0, 0.0)
         return {"points": np.zeros((0, 3))} | none, _cycles(stands, options)
-    name, *others = options.cycle or list(found)[:1]
-    solution, parameters, frames = solutions[name], found[name], front_frames(model.mesh)
+    name = [*options.loads, *found][0]
+    parameters, frames = found[name], front_frames(model.mesh)
     trust = trusted(parameters.flags.tolist(), parameters.front, parameters.s)
-    stress = mean_stress(model, solution.displacement)
+    stress = mean_stress(model, solutions[name].displacement)
     stress += mean_traction(model.by_load()[name].load, model.mesh)
-    of_grains, axes = model.stiffness()[np.searchsorted(model.grains, frames.grain)], frames.axes
+    stiffness = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
     lines = [polyline(crack.points[front]) for front in crack.fronts]
-    growth, cycles = kinks_and_extensions(
+    front = FrontPoints.of(
         parameters.k,
-        CrackFronts(
-            size,
-            rows_along(lines, frames.points, frames.binormal),
-            row_spacing(frames.points),
-            float(np.median(parameters.error[trust.steers])),
-        ),
-        options,
-        Evidence(
-            parameters.points,
-            doubts(parameters.error, stress, size),
-            trust.steers,
-            "contact_closed" in solution.record,
-            parameters.front,
-        ),
-        last,
-        local_rates(laws_of(options), frames.grain, model.phase_of),
-        turned(of_grains, axes) if options.criterion == NEAR_FIELD else None,
-        found[others[0]].k if others else None,
-        _slip_angles(model, frames, options, slip) if options.criterion == SLIP else None,
+        size,
+        loads={load: one.k for load, one in found.items()},
+        points=parameters.points,
+        binormal=frames.binormal,
+        normal=frames.normal,
+        tangent=frames.tangent,
+        T=parameters.T,
+        doubt=doubts(parameters.error, stress, size),
+        trusted=trust.steers,
+        front=parameters.front,
+        grain=frames.grain,
+        phase=np.array([model.phase_of[grain] or 0 for grain in frames.grain.tolist()], int),
+        orientation=_orientations(model, frames.grain),
+        stiffness=turned(stiffness, frames.axes),
+        edge=row_spacing(frames.points),
+        error=float(np.median(parameters.error[trust.steers])),
+        contact="contact_closed" in solutions[name].record,
+        rows=rows_along(lines, frames.points, frames.binormal),
+        increment=0 if last is None else int(last.increment) + 1,
+        last=last,
     )
-    report: dict = {"stress": stress} | _cycles(cycles, options) | {"doubted": trust.doubted}
+    if options.criterion == SLIP:
+        front = replace(front, slip_angle=_slip_angles(front, frames, options, slip))
+    report: dict = {"stress": stress}
+    if options.yield_stress is not None:
+        fields = {load: one.displacement for load, one in solutions.items()}
+        front = replace(front, net_stress=largest_net_stress(model, fields, options, name))
+        report |= {"net_stress": front.net_stress}
+    growth, cycles = kinks_and_extensions(front, options)
+    report |= _cycles(cycles, options) | {"doubted": trust.doubted}
     columns = parameters.columns()
-    ways = _columns(growth, report, bool(others))
+    ways = _columns(growth, report, bool(options.blocks) or len(options.loads) > 1)
     return columns | ways | {"flags": columns.pop("flags")}, report
 
 
@@ -104,12 +116,20 @@ def _cycles(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
     return {key: value if known or key not in CYCLES else None for key, value in count._asdict().items()}
 
 
+def _orientations(model: ElasticModel, grains: np.ndarray) -> np.ndarray:
+    """Return active rotations (n, 3, 3) from crystal to sample axes in grains (n,); NaN where unknown."""
+    found = np.full((len(grains), 3, 3), np.nan)
+    for grain in np.intersect1d(grains, list(model.axes)).tolist():
+        found[grains == grain] = model.own_axes(grain)
+    return found
+
+
 def _slip_angles(
-    model: ElasticModel, frames: FrontFrames, options: GrowthOptions, slip: SlipField | None
+    front: FrontPoints, frames: FrontFrames, options: GrowthOptions, slip: SlipField | None
 ) -> np.ndarray:
     """Return the kink angles (n,) of the front nodes along the most active slip planes."""
-    unknown = sorted(set(frames.grain.tolist()) - set(model.axes))
-    if unknown:
+    unknown = np.unique(front.grain[np.isnan(front.orientation).any(axis=(1, 2))])
+    if len(unknown):
         raise CraftmeshError(
             f"grow.criterion slip: grain {unknown[0]} at the front has no orientation; give orientations "
             "with the microstructure"
@@ -118,8 +138,7 @@ def _slip_angles(
         raise CraftmeshError(
             f"slip_table is {options.slip_table!r}, but only commands read it; pass its content as `slip`"
         )
-    turns = np.array([model.own_axes(grain) for grain in frames.grain.tolist()])
-    return slip_ways(frames, turns, slip, options.ring)
+    return slip_ways(frames, front.orientation, slip, options.ring)
 
 
 def _columns(
@@ -129,7 +148,7 @@ def _columns(
 
     If da/dN is known, every row has the load cycles to this front and their doubt, da/dN, and the cycles
     for the node's extension at that rate, NaN at nodes that stay. Delta K and R are included if `by_pair`:
-    if two load cases form the cycle.
+    if two load cases form the cycle, or blocks; they are those of the largest load.
     """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}

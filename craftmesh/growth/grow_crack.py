@@ -10,7 +10,7 @@ from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import corrected
-from craftmesh.growth.extension import STAYS, has_way
+from craftmesh.growth.extension import ENDS, STAYS, UNSTABLE, has_way
 from craftmesh.growth.front_step import FrontStep, Step
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.options import SmoothingOptions
@@ -53,7 +53,9 @@ def grow_crack(
     step = _step_of(crack, ways, frames)
     along, box, warnings = step.along, body.box, _short_step(step.along)
     grown: Crack | None = crack
-    if (along.extension > 0).any():
+    words = list(ways.get("stays", ()))
+    stays = {word: words.count(word) for word in STAYS if word in words}
+    if (along.extension > 0).any() and not stays.keys() & ENDS:
         try:
             better = step if last is None else corrected(last, step, box, options)
             grown, step = grow(better.crack, better.along, box, options), better
@@ -62,13 +64,12 @@ def grow_crack(
                 raise
             warnings += [f"its last strip stays uncorrected for the kinks at its end: {error}"]
             grown = grow(crack, along, box, options)
-    words = list(ways.get("stays", ()))
-    stays = {word: words.count(word) for word in STAYS if word in words}
     if grown is None or not len(along.points):
         ended = LEFT
     elif grown is crack:
         why = ", ".join(f"{count} {word} ({STAYS[word]})" for word, count in stays.items())
-        ended = f"{STANDS}: {why}" if why else STANDS
+        says = f"the crack is {UNSTABLE}" if UNSTABLE in stays else STANDS
+        ended = f"{says}: {why}" if why else says
     else:
         ended = _severed(body, grown)
     left = crack if grown is None or ended else grown

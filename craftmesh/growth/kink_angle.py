@@ -1,14 +1,14 @@
-"""Kink angles of a crack front, from K or along slip planes, and the force that drives the growth."""
+"""Kink angles of a crack front, from K or along slip planes."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, GrowthOptions
+from craftmesh.growth.front_points import FrontPoints
+from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, GrowthOptions
 from craftmesh.mechanics.near_field import as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import own_code
@@ -32,40 +32,43 @@ NEAR = 0.5
 LEEWAY = np.radians(5)
 
 
-class Criterion(NamedTuple):
-    """Two functions that give the direction and the driving force of front points.
+def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
+    """Return the kink angle (n,) of front points in radians, by options.criterion.
 
-    angles: returns kink angles (n,) in radians, positive towards the normal, for K_I, K_II, K_III (n, 3),
-    with K_I < 0 as 0; driving: returns the driving force (n,), in the unit of K, for K and kink angles.
-    """
-
-    angles: Callable[[np.ndarray], np.ndarray]
-    driving: Callable[[np.ndarray, np.ndarray], np.ndarray]
-
-
-def criterion_of(
-    options: GrowthOptions, stiffness: np.ndarray | None = None, ways: np.ndarray | None = None
-) -> Criterion:
-    """Return the criterion that options.criterion names.
-
-    stiffness (n, 6, 6): as in `largest_near_stress`, for criterion near_field; ways (n,): kink angles of
-    criterion slip, by `slip_ways`. The driving force is `tangential_intensity`, except with near_field.
-    Raise CraftmeshError if the criterion needs stiffness or ways and it is None.
+    K_I < 0 counts as 0, except in user-supplied functions. Raise CraftmeshError if the criterion needs
+    orientations or slip that the points lack, and as `own_values`.
     """
     if options.criterion == SLIP:
-        if ways is None:
-            raise CraftmeshError("grow.criterion is slip, but ways is None; pass the angles of slip_ways")
-        return Criterion(lambda _: ways, tangential_intensity)
-    if options.criterion != NEAR_FIELD:
-        return Criterion(lambda k: kink_angles(k, options.criterion, options.poisson), tangential_intensity)
-    if stiffness is None:
+        if np.isnan(front.slip_angle).any():
+            raise CraftmeshError("grow.criterion is slip, but slip_angle is NaN; pass those of slip_ways")
+        return front.slip_angle
+    if options.criterion == NEAR_FIELD:
+        return largest_near_stress(opened(front.k), in_crystals(front))[0]
+    if options.criterion in CRITERIA:
+        return kink_angles(front.k, options.criterion, options.poisson)
+    return own_values("criterion", options.criterion, CRITERIA, len(front.k), front)
+
+
+def in_crystals(front: FrontPoints) -> np.ndarray:
+    """Return the stiffness (n, 6, 6) at the points; raise CraftmeshError if it is not known."""
+    if np.isnan(front.stiffness).any():
+        raise CraftmeshError("grow.criterion is near_field, but stiffness is NaN; pass the crystals' own")
+    return front.stiffness
+
+
+def own_values(key: str, name: str, known: Sequence[str], count: int, *given: object) -> np.ndarray:
+    """Return what the user-supplied function `name` returns for `given`, `count` finite numbers.
+
+    key: the option; known: its built-in values. Raise CraftmeshError if the function cannot be found or
+    returns anything else.
+    """
+    values = np.asarray(own_code(key, name, known)(*given), float)
+    if values.shape != (count,) or not np.isfinite(values).all():
         raise CraftmeshError(
-            "grow.criterion is near_field, but stiffness is None; pass the crystals' stiffness"
+            f"{key} {name} returned an invalid array of shape {values.shape}; expected {count} finite "
+            "numbers, one per row of K"
         )
-    return Criterion(
-        lambda k: largest_near_stress(opened(k), stiffness)[0],
-        lambda k, angle: near_stress(k, angle, stiffness),
-    )
+    return values
 
 
 def opened(k: np.ndarray) -> np.ndarray:
@@ -77,29 +80,25 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float) -> np.ndarray:
     """Return the kink angle (n,) in radians for K_I, K_II, K_III (n, 3), positive towards the normal.
 
     criterion: tangential_stress (Erdogan & Sih 1963), which solves K_I sin(t) + K_II (3 cos(t) - 1) = 0;
-    energy_release, the angle at which a short kink releases most (`energy_release`); or
-    package.module:function, which gets (n, 3) and returns (n,) radians. near_field and slip need more than
-    K and are not for this function. A closed crack (K_I < 0) counts as K_I = 0. Raise CraftmeshError if the
-    function cannot be found or returns anything else.
+    richard (Richard, Fulland & Sander 2005); straight, 0; or energy_release, the angle at which a short
+    kink releases most (`energy_release`). A closed crack (K_I < 0) counts as K_I = 0.
     """
     k = opened(np.asarray(k, float).reshape(-1, 3))
+    if criterion == "richard":
+        total = np.abs(k).sum(axis=1)
+        share = np.abs(k[:, 1]) / np.where(total > 0, total, 1.0)
+        return -np.sign(k[:, 1]) * np.radians(140.0 * share - 70.0 * share**2)
+    if criterion == "straight":
+        return np.zeros(len(k))
     size = np.abs(k[:, :2]).max(axis=1, keepdims=True, initial=0.0)
     k = np.where(size > 0, k / np.where(size > 0, size, 1.0), 0.0)  # the angle depends on ratios of K alone
-    if criterion == "tangential_stress":
+    if criterion == STRESS:
         k1, k2, _ = k.T
         below = k1 + np.sqrt(k1**2 + 8 * k2**2)
         return -2 * np.arctan2(2 * k2, np.where(below > 0, below, 1.0))
-    if criterion == "energy_release":
-        tried = _angles_within(WIDEST)
-        best, _ = _peak(tried, energy_release(k, tried[None], poisson))
-        return np.where(size[:, 0] > 0, best, 0.0)
-    angles = np.asarray(own_code("criterion", criterion, CRITERIA)(k), float)
-    if angles.shape != (len(k),) or not np.isfinite(angles).all():
-        raise CraftmeshError(
-            f"criterion {criterion} returned an invalid array of shape {angles.shape}; expected {len(k)} "
-            "finite angles in radians, one per row of K"
-        )
-    return angles
+    tried = _angles_within(WIDEST)
+    best, _ = _peak(tried, energy_release(k, tried[None], poisson))
+    return np.where(size[:, 0] > 0, best, 0.0)
 
 
 def tangential_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -3,17 +3,33 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option, own_code
 
-NEAR_FIELD, SLIP = "near_field", "slip"
-CRITERIA = ("tangential_stress", "energy_release", NEAR_FIELD, SLIP)
+STRESS, NEAR_FIELD, SLIP = "tangential_stress", "near_field", "slip"
+CRITERIA = (STRESS, "energy_release", "richard", "straight", NEAR_FIELD, SLIP)
+DRIVING = (STRESS, "K_I", "energy_release", "richard", "tanaka")
+LAWS = ("uniform", "power")
 LEAST_RATIO = -2.0  # smallest stress ratio R that Newman's opening function covers
 # Smallest and largest rate, in median rates. Both hold where da/dN is not known in its unit (`limits`);
 # MOST also shortens steps (`steps.step_length`).
 LEAST, MOST = 0.2, 2.0
+
+
+class Block(NamedTuple):
+    """Load cycles, all alike: their number, and a factor and a load case ("": the first) at each end."""
+
+    number: float
+    largest: tuple[float, str]
+    smallest: tuple[float, str]
+
+    @property
+    def ratio(self) -> float | None:
+        """The stress ratio R; None if the ends are of two load cases."""
+        (most, one), (least, other) = self.largest, self.smallest
+        return least / most if one == other else None
 
 
 @dataclass(frozen=True)
@@ -21,9 +37,15 @@ class GrowthOptions(Options):
     """Kink angles and extensions from the stress intensities along a front; lengths in model units."""
 
     criterion: str = option(
-        "tangential_stress",
-        "kink angle: tangential_stress (Erdogan & Sih), energy_release, near_field (largest stress in the "
-        "crystal), slip (along the most active plane in slip_table), or package.module:function",
+        STRESS,
+        "kink angle: tangential_stress (Erdogan & Sih), energy_release, richard, straight (0), near_field "
+        "(largest stress in the crystal), slip (along the most active plane in slip_table), or "
+        "package.module:function",
+    )
+    driving: str = option(
+        STRESS,
+        "force whose range is Delta K: tangential_stress (at the kink angle, in the crystal with criterion "
+        "near_field), K_I, energy_release (of all modes), richard, tanaka, or package.module:function",
     )
     slip_table: str = option(
         "",
@@ -46,8 +68,9 @@ class GrowthOptions(Options):
     exponent: float = option(3.0, "exponent m of Delta K in the power law and in Paris' law", at_least=0)
     rates: tuple[str, ...] = option(
         (),
-        "da/dN laws in place of coefficient, exponent and threshold: paris:C,m or paris:C,m,THRESHOLD or "
-        "table:DELTA_K,RATE,DELTA_K,RATE,...; put PHASE= or GRAIN_<id>= before a law of one phase or grain",
+        "da/dN laws in place of coefficient, exponent and threshold: paris, walker, forman, nasgro, table, "
+        "table_of_ratios with :CONSTANTS (docs/theory.md), or package.module:function; put PHASE= or "
+        "GRAIN_<id>= before a law of one phase or grain",
     )
     closure: str = option(
         "none", "fraction of a cycle in which the crack is open: none, open:U, or newman:ALPHA,SMAX"
@@ -63,11 +86,22 @@ class GrowthOptions(Options):
         "load cases or sums of them (inp.combine) at the largest and the smallest load of a cycle; the "
         "second replaces stress_ratio",
     )
+    blocks: tuple[str, ...] = option(
+        (),
+        "table of load cycles in place of cycle and stress_ratio, repeated without end: rows of "
+        "CYCLES,LARGEST,SMALLEST; a load is a factor on the first load, a load case, or FACTOR*CASE",
+    )
+    toughness: float | None = option(
+        None, "K_c: growth ends where the driving force at the largest load reaches it", above=0
+    )
+    yield_stress: float | None = option(
+        None, "growth ends if the mean stress over the net section reaches it", above=0
+    )
     threshold: float = option(
         0.0, "front points whose Delta K is not above this value stay where they are", at_least=0
     )
     poisson: float = option(
-        0.3, "Poisson's ratio that weighs mode III in energy_release", above=-1, below=0.5
+        0.3, "Poisson's ratio that weighs mode III in energy_release and tanaka", above=-1, below=0.5
     )
 
     def __post_init__(self) -> None:
@@ -82,11 +116,34 @@ class GrowthOptions(Options):
                 f"criterion is {self.criterion} and slip_table {self.slip_table!r}; give a slip_table with "
                 "criterion slip, and none with any other"
             )
+        if self.blocks and (self.cycle or self.stress_ratio):
+            raise CraftmeshError(
+                "blocks is given together with cycle or stress_ratio; remove the latter, each row of "
+                "blocks contains its own loads"
+            )
+        self.cycles()
         if len(self.cycle) == 2 and self.stress_ratio:
             raise CraftmeshError(
                 f"cycle names {self.cycle[1]!r} as the smallest load, but stress_ratio is "
                 f"{self.stress_ratio:g}; remove one of the two"
             )
+
+    def cycles(self) -> tuple[Block, ...]:
+        """Return the load cycles: those of `blocks`, else one by `cycle` and `stress_ratio`.
+
+        Raise CraftmeshError for a row of another form, and for loads out of order or out of bounds.
+        """
+        if not self.blocks:
+            first, second = (*self.cycle, "", "")[:2]
+            other = (1.0, second) if second else (self.stress_ratio, first)
+            return (Block(1.0, (1.0, first), other),)
+        return tuple(_block(row) for row in self.blocks)
+
+    @property
+    def loads(self) -> tuple[str, ...]:
+        """The load cases that the load cycles name, in order."""
+        ends = (load for block in self.cycles() for load in (block.largest, block.smallest))
+        return tuple(dict.fromkeys(name for _, name in ends if name))
 
     @property
     def has_rates(self) -> bool:
@@ -96,7 +153,7 @@ class GrowthOptions(Options):
     @property
     def limits(self) -> tuple[float, float]:
         """Smallest and largest rate of a point, in median rates; no limits where `has_rates`."""
-        return (0.0, math.inf) if self.has_rates else (LEAST, MOST)
+        return (0.0, math.inf) if self.has_rates else (0.0 if self.threshold else LEAST, MOST)
 
 
 @dataclass(frozen=True)
@@ -118,15 +175,50 @@ class CorrectionOptions(Options):
     )
 
 
-def check_cycle(cycle: Sequence[str], loads: Sequence[str]) -> None:
-    """Raise CraftmeshError if the cycle names a load case that is not in `loads`."""
-    for name in cycle:
+def _block(row: str) -> Block:
+    """Return the load cycles that a row of `blocks` describes; raise CraftmeshError."""
+    try:
+        count, *loads = row.split(",")
+        block = Block(float(count), *map(_load, loads))
+        ratio = block.ratio
+        ratio_fits = ratio is None or (block.largest[0] > 0 and LEAST_RATIO <= ratio < 1)
+        if not (0 < block.number < math.inf and ratio_fits):
+            raise ValueError
+    except (ValueError, TypeError):
+        raise CraftmeshError(
+            f"blocks: {row!r} is no row; write CYCLES,LARGEST,SMALLEST with CYCLES > 0, and a factor, CASE "
+            f"or FACTOR*CASE for each load; of one case LARGEST > 0 and {LEAST_RATIO:g} <= R < 1"
+        ) from None
+    return block
+
+
+def _load(text: str) -> tuple[float, str]:
+    """Return factor and load case of a text such as 0.5, peak or 0.5*peak; raise ValueError."""
+    factor, star, name = text.strip().rpartition("*")
+    if not star:
+        try:
+            factor, name = str(float(name)), ""
+        except ValueError:
+            factor = "1"
+    if not math.isfinite(float(factor)):
+        raise ValueError
+    return float(factor), name.strip()
+
+
+def check_cycle(options: GrowthOptions, loads: Sequence[str]) -> None:
+    """Raise CraftmeshError if the load cycles name a load case that is not in `loads`."""
+    for name in options.loads:
         if name not in loads:
             known = ", ".join(filter(None, loads)) or "none, name load cases in inp.faces"
-            raise CraftmeshError(f"cycle: unknown load case {name!r}; known: {known}")
+            key = "blocks" if options.blocks else "cycle"
+            raise CraftmeshError(f"{key}: unknown load case {name!r}; known: {known}")
 
 
-def check_criterion(name: str) -> None:
-    """Raise CraftmeshError unless `name` is in CRITERIA or names a user-supplied function."""
-    if name not in CRITERIA:
-        own_code("criterion", name, CRITERIA)
+def check_own(options: GrowthOptions) -> None:
+    """Raise CraftmeshError unless criterion and driving are built in or name user-supplied functions."""
+    for key, name, known in (
+        ("criterion", options.criterion, CRITERIA),
+        ("driving", options.driving, DRIVING),
+    ):
+        if name not in known:
+            own_code(key, name, known)

@@ -1,51 +1,191 @@
-"""Laws of da/dN as a function of Delta K, for all grains, by phase or by grain."""
+"""Laws of da/dN, for all grains, by phase or by grain, and the crack closure in a cycle."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import GrowthOptions
+from craftmesh.options import own_code
 
-PARIS, TABLE, GRAIN = "paris", "table", "GRAIN_"
+GRAIN = "GRAIN_"
 Key = int | str | None
 
 
-class RateLaw(NamedTuple):
-    """da/dN as a function of Delta K, log-log linear between points; 0 up to the threshold.
+class LoadCycle(NamedTuple):
+    """A load cycle at n front points; user-supplied laws get this record.
 
-    delta_k, rate (k,): the points, ascending; powers (k + 1,): exponents before, between and after the
-    points.
+    driving (n,): driving force at the end of the cycle where it is larger; ratio (n,): stress ratio R;
+    delta_k (n,): effective Delta K, with closure; angle (n,): kink angle, radians; front: the points, with
+    K at that end.
     """
 
+    driving: np.ndarray
+    ratio: np.ndarray
     delta_k: np.ndarray
-    rate: np.ndarray
-    powers: np.ndarray
-    threshold: float
+    angle: np.ndarray
+    front: FrontPoints
 
-    def power_at(self, delta_k: np.ndarray) -> np.ndarray:
-        """Return d ln(da/dN) / d ln(Delta K) at Delta K (n,)."""
-        return self.powers[np.searchsorted(self.delta_k, delta_k)]
+    def scaled(self, scale: float) -> "LoadCycle":
+        """Return the cycle with `scale` times the loads."""
+        return self._replace(
+            driving=scale * self.driving,
+            delta_k=scale * self.delta_k,
+            front=self.front.with_k(scale * self.front.k),
+        )
 
-    def rate_at(self, delta_k: np.ndarray) -> np.ndarray:
-        """Return da/dN at Delta K (n,)."""
-        nearest = np.maximum(np.searchsorted(self.delta_k, delta_k) - 1, 0)
-        grows = delta_k > self.threshold
-        ratio = np.where(grows, delta_k, 1.0) / self.delta_k[nearest]
-        return np.where(grows, self.rate[nearest] * ratio ** self.power_at(delta_k), 0.0)
+
+def largest(cycles: Sequence[LoadCycle]) -> LoadCycle:
+    """Return the cycle with the largest driving force at each point."""
+    which = np.argmax([one.driving for one in cycles], axis=0)
+    row = np.arange(len(which))
+    parts = zip(*((one.driving, one.ratio, one.delta_k, one.angle, one.front.k) for one in cycles))
+    driving, ratio, delta_k, angle, k = (np.stack(part)[which, row] for part in parts)
+    return LoadCycle(driving, ratio, delta_k, angle, cycles[0].front.with_k(k))
+
+
+class RateLaw(NamedTuple):
+    """da/dN (n,) of a load cycle; 0: up to the threshold, inf: from K_c on.
+
+    has_ratio: True if the law contains the effect of R, so that there is no other closure.
+    """
+
+    rate: Callable[[LoadCycle], np.ndarray]
+    has_ratio: bool = False
 
 
 def paris(coefficient: float, exponent: float, threshold: float = 0.0) -> RateLaw:
     """Return Paris' law da/dN = C Delta K^m, for Delta K above a threshold."""
-    return RateLaw(np.ones(1), np.array([coefficient]), np.full(2, exponent), threshold)
+    return RateLaw(lambda cycle: _power(cycle.delta_k, coefficient, exponent, threshold))
 
 
-def table(delta_k: np.ndarray, rate: np.ndarray) -> RateLaw:
-    """Return the law through points; the first is its threshold, the last two set it beyond the last."""
-    powers = np.diff(np.log(rate)) / np.diff(np.log(delta_k))
-    return RateLaw(delta_k, rate, np.concatenate([powers[:1], powers, powers[-1:]]), float(delta_k[0]))
+def walker(coefficient: float, exponent: float, gamma: float, threshold: float = 0.0) -> RateLaw:
+    """Return Walker's law da/dN = C (Delta K / (1 - R)^(1 - gamma))^m; the threshold is that at R = 0."""
+
+    def rate(cycle: LoadCycle) -> np.ndarray:
+        at_zero = cycle.driving * (1 - np.maximum(cycle.ratio, 0.0)) ** gamma
+        return _power(at_zero, coefficient, exponent, threshold)
+
+    return RateLaw(rate, True)
+
+
+def forman(coefficient: float, exponent: float, toughness: float, threshold: float = 0.0) -> RateLaw:
+    """Return Forman's law da/dN = C Delta K^m / ((1 - R) K_c - Delta K), for Delta K above a threshold."""
+    if toughness <= 0:
+        raise ValueError
+
+    def rate(cycle: LoadCycle) -> np.ndarray:
+        opens = 1 - np.maximum(cycle.ratio, 0.0)
+        left = opens * (toughness - cycle.driving)
+        found = _power(opens * cycle.driving, coefficient, exponent, threshold)
+        return np.where(left > 0, found / np.where(left > 0, left, 1.0), np.inf)
+
+    return RateLaw(rate, True)
+
+
+def nasgro(*constants: float) -> RateLaw:
+    """Return the NASGRO equation of long cracks (AFGROW's manual, AFRL-VA-WP-TR-1999-3016).
+
+    constants: C, n, p, q, threshold at R = 0, C_th at R >= 0 and at R < 0, K_c, and Newman's alpha and
+    S_max. da/dN = C ((1 - f) K_max)^n (1 - Delta K_th / Delta K)^p / (1 - K_max / K_c)^q with Newman's f
+    and Delta K = (1 - R) K_max.
+    """
+    c, n, p, q, at_zero, above, below, toughness, alpha, largest = constants
+    if not (toughness > 0 and 1 <= alpha <= 3 and 0 < largest < 1):
+        raise ValueError
+    level = float(opening_level(np.zeros(1), alpha, largest)[0])
+
+    def rate(cycle: LoadCycle) -> np.ndarray:
+        ratio = np.minimum(cycle.ratio, 1 - np.finfo(float).eps)
+        opens = 1 - opening_level(ratio, alpha, largest)
+        power = 1 + np.where(ratio < 0, below, above) * ratio
+        threshold = at_zero / (opens / ((1 - level) * (1 - ratio))) ** power
+        delta_k = (1 - ratio) * np.maximum(cycle.driving, np.finfo(float).tiny)
+        beyond = np.maximum(delta_k - threshold, 0.0) / delta_k
+        left = 1 - cycle.driving / toughness
+        found = _power(opens * cycle.driving, c, n) * beyond**p * (beyond > 0)
+        return np.where(left > 0, found / np.where(left > 0, left, 1.0) ** q, np.inf)
+
+    return RateLaw(rate, True)
+
+
+def table(*pairs: float) -> RateLaw:
+    """Return the law through points Delta K, da/dN, log-log linear, as `_through`."""
+    points = _rising(np.reshape(pairs, (-1, 2)))
+    return RateLaw(lambda cycle: _through(points, cycle.delta_k))
+
+
+def table_of_ratios(*triples: float) -> RateLaw:
+    """Return the law through points R, Delta K, da/dN: `_through` those of one R, ln(da/dN) linear in R.
+
+    The threshold is linear in R too. Beyond the smallest and largest R in the table these apply; Delta K of
+    a smaller R is that of the smallest R at the same largest load.
+    """
+    rows = np.reshape(triples, (-1, 3))
+    ratios = np.unique(rows[:, 0])
+    if ratios[-1] >= 1:
+        raise ValueError
+    curves = [_rising(rows[rows[:, 0] == one][:, 1:]) for one in ratios]
+
+    def rate(cycle: LoadCycle) -> np.ndarray:
+        ratio = np.clip(cycle.ratio, ratios[0], ratios[-1])
+        delta_k = (1 - np.maximum(cycle.ratio, ratios[0])) * cycle.driving
+        threshold = np.interp(ratio, ratios, [points[0, 0] for points in curves])
+        logs = [np.log(_through(points, delta_k, beyond=True)) for points in curves]
+        upper = np.minimum(np.searchsorted(ratios, ratio, "right"), len(ratios) - 1)
+        lower, row = np.maximum(upper - 1, 0), np.arange(len(ratio))
+        gap = ratios[upper] - ratios[lower]
+        share = (ratio - ratios[lower]) / np.where(gap > 0, gap, 1.0)
+        stacked = np.stack(logs)
+        found = np.exp((1 - share) * stacked[lower, row] + share * stacked[upper, row])
+        return np.where(delta_k > threshold, found, 0.0)
+
+    return RateLaw(rate, True)
+
+
+def _power(delta_k: np.ndarray, coefficient: float, exponent: float, threshold: float = 0.0) -> np.ndarray:
+    """Return coefficient times Delta K (n,) to a power, 0 up to the threshold."""
+    grows = delta_k > threshold
+    return np.where(grows, coefficient * np.where(grows, delta_k, 1.0) ** exponent, 0.0)
+
+
+def _through(points: np.ndarray, delta_k: np.ndarray, beyond: bool = False) -> np.ndarray:
+    """Return the rate (n,) at Delta K (n,) through points (k, 2) of Delta K and rate, log-log linear.
+
+    The last two points set it beyond the last. It is 0 up to the first, unless `beyond`.
+    """
+    given, rates = np.log(points.T)
+    powers = np.diff(rates) / np.diff(given)
+    grows = (delta_k > points[0, 0]) | (beyond & (delta_k > 0))
+    at = np.log(np.where(grows, delta_k, points[0, 0]))
+    cell = np.clip(np.searchsorted(given, at) - 1, 0, len(powers) - 1)
+    tiny = 0.0 if not beyond else np.finfo(float).tiny
+    return np.where(grows, np.exp(rates[cell] + powers[cell] * (at - given[cell])), tiny)
+
+
+def _rising(points: np.ndarray) -> np.ndarray:
+    """Return points (k, 2); raise ValueError unless there are two or more, positive and rising."""
+    if len(points) < 2 or not (np.diff(points, axis=0, prepend=0.0) > 0).all():
+        raise ValueError
+    return points
+
+
+KINDS: dict[str, Callable[..., RateLaw]] = {
+    "paris": paris,
+    "walker": walker,
+    "forman": forman,
+    "nasgro": nasgro,
+    "table": table,
+    "table_of_ratios": table_of_ratios,
+}
+FORMS = (
+    "paris:C,m[,THRESHOLD], walker:C,m,GAMMA[,THRESHOLD], forman:C,m,K_C[,THRESHOLD], "
+    "nasgro:C,n,p,q,DELTA_K_0,C_TH,C_TH_BELOW,K_C,ALPHA,SMAX, table:DELTA_K,RATE,..., "
+    "table_of_ratios:R,DELTA_K,RATE,... or package.module:function"
+)
 
 
 class LocalRates(NamedTuple):
@@ -54,25 +194,20 @@ class LocalRates(NamedTuple):
     laws: tuple[RateLaw, ...]
     which: np.ndarray
 
-    def rate(self, delta_k: np.ndarray) -> np.ndarray:
-        """Return da/dN (n,) of the points at their Delta K (n,)."""
-        return self._own([law.rate_at(delta_k) for law in self.laws])
-
-    def power(self, delta_k: np.ndarray) -> np.ndarray:
-        """Return the exponents d ln(da/dN) / d ln(Delta K) (n,) of the points at their Delta K (n,)."""
-        return self._own([law.power_at(delta_k) for law in self.laws])
-
-    @property
-    def threshold(self) -> np.ndarray:
-        """The threshold of Delta K (n,) of each point."""
-        return np.array([law.threshold for law in self.laws])[self.which]
-
-    def _own(self, values: list[np.ndarray]) -> np.ndarray:
-        return np.stack(values)[self.which, np.arange(len(self.which))]
+    def rate(self, cycle: LoadCycle) -> np.ndarray:
+        """Return da/dN (n,) of the points in a load cycle; raise CraftmeshError for invalid values."""
+        rates = [np.asarray(law.rate(cycle), float) for law in self.laws]
+        for values in rates:
+            if values.shape != self.which.shape or not (values >= 0).all():
+                raise CraftmeshError(
+                    f"grow.rates: a law returned an invalid array of shape {values.shape}; expected "
+                    f"{len(self.which)} rates, 0 or above, one per front point"
+                )
+        return np.stack(rates)[self.which, np.arange(len(self.which))]
 
 
 def laws_of(options: GrowthOptions) -> dict[Key, RateLaw]:
-    """Return the laws of the options; raise CraftmeshError if rates come with coefficient or threshold.
+    """Return the laws of the options; raise CraftmeshError for options that contradict the laws.
 
     Without rates and coefficient, C of Paris' law is 1: relative extensions are right, cycles unknown.
     """
@@ -83,25 +218,28 @@ def laws_of(options: GrowthOptions) -> dict[Key, RateLaw]:
             "grow.rates is given together with grow.coefficient or grow.threshold; remove the latter, each "
             "law in grow.rates contains its own C and threshold"
         )
-    return parse_rates(options.rates)
+    laws = parse_rates(options.rates)
+    if options.closure != "none" and any(law.has_ratio for law in laws.values()):
+        raise CraftmeshError(
+            f"grow.closure is {options.closure!r}, but a law in grow.rates contains the effect of R; set "
+            "closure none, or give laws paris, table or your own"
+        )
+    return laws
 
 
-def local_rates(
-    laws: Mapping[Key, RateLaw], grain: np.ndarray, phase_of: Mapping[int, int | None]
-) -> LocalRates:
+def local_rates(laws: Mapping[Key, RateLaw], grain: np.ndarray, phase: np.ndarray) -> LocalRates:
     """Return the laws at points in grains (n,): the grain's law, else its phase's, else the general one.
 
-    phase_of: phase by grain. Raise CraftmeshError for a grain without a law.
+    phase (n,): by point, 0 if there is none. Raise CraftmeshError for a grain without a law.
     """
     keys = list(laws)
     which = np.zeros(len(grain), int)
-    for own in np.unique(grain).tolist():
-        phase = phase_of.get(own)
-        found = [key for key in (f"{GRAIN}{own}", phase, None) if key in laws]
+    for own, of in np.unique(np.column_stack([grain, phase]), axis=0).tolist():
+        found = [key for key in (f"{GRAIN}{own}", of, None) if key in laws]
         if not found:
             raise CraftmeshError(
-                f"grow.rates has no law for grain {own} of phase {phase}, which the front crosses; add "
-                f"{phase}=KIND:CONSTANTS or {GRAIN}{own}=KIND:CONSTANTS"
+                f"grow.rates has no law for grain {own} of phase {of}, which the front crosses; add "
+                f"{of}=KIND:CONSTANTS or {GRAIN}{own}=KIND:CONSTANTS"
             )
         which[grain == own] = keys.index(found[0])
     return LocalRates(tuple(laws.values()), which)
@@ -121,8 +259,8 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
             found = _law(*law.split(":"))
         except (ValueError, TypeError):
             raise CraftmeshError(
-                f"grow.rates: {text!r} is not a law; write paris:C,m, paris:C,m,THRESHOLD or table:DELTA_K,"
-                f"RATE,... with rising positive numbers; PHASE= or {GRAIN}<id>= may precede it"
+                f"grow.rates: {text!r} is not a law; write {FORMS}, with rising positive numbers in "
+                f"tables; PHASE= or {GRAIN}<id>= may precede it"
             ) from None
         if key in laws:
             raise CraftmeshError(f"grow.rates: {text!r} is a second law for the same grains; keep one")
@@ -132,16 +270,13 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
 
 def _law(kind: str, constants: str) -> RateLaw:
     """Return the law of a kind and its constants; raise ValueError or TypeError if they are invalid."""
-    values = np.array([float(value) for value in constants.split(",")])
-    if not np.isfinite(values).all():
+    if kind not in KINDS and constants.isidentifier():
+        return RateLaw(own_code("rates", f"{kind}:{constants}", tuple(KINDS)))
+    values = [float(value) for value in constants.split(",")]
+    positive = "table" in kind or (values[0] > 0 and min(values) >= 0)
+    if not positive or not all(map(math.isfinite, values)):
         raise ValueError
-    if kind == PARIS and values[0] > 0 and (values[1:] >= 0).all():
-        return paris(*values.tolist())
-    points, rates = values[::2], values[1::2]
-    rises = len(points) > 1 and points[0] > 0 and (np.diff(points) > 0).all()
-    if kind == TABLE and len(points) == len(rates) and rises and (np.diff(rates, prepend=0.0) > 0).all():
-        return table(points, rates)
-    raise ValueError
+    return KINDS[kind](*values)
 
 
 def open_share(closure: str, stress_ratio: np.ndarray) -> np.ndarray:

@@ -22,9 +22,10 @@ OF_FRONT = 0.2
 class Counted(NamedTuple):
     """A front and its load cycles, from which the next front's cycles are counted.
 
-    size: crack size; step: extension from here; rate: median da/dN of points that extend; power: their
-    median d ln(da/dN) / d ln(K); error: relative error of K. cycles, doubt: load cycles from the first
-    front to this one, and their uncertainty; ahead, ahead_doubt: the same for the next step.
+    increment: number of its step, from 0; size: crack size; step: extension from here; rate: median da/dN
+    of points that extend; power: their median d ln(da/dN) / d ln(K); error: relative error of K. cycles,
+    doubt: load cycles from the first front to this one, and their uncertainty; ahead, ahead_doubt: the same
+    for the next step.
     """
 
     size: float
@@ -36,6 +37,7 @@ class Counted(NamedTuple):
     doubt: float
     ahead: float
     ahead_doubt: float
+    increment: float = 0.0
 
 
 def growth_to(last: Counted | None, rate: float, power: float) -> float:
@@ -63,7 +65,8 @@ def counted(
     if rate > 0:
         ahead = cycles_over(step, size, rate, growth_to(last, rate, power))
         ahead_doubt = abs(ahead - step / rate) + ahead * power * error
-    return Counted(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt)
+    increment = 0.0 if last is None else last.increment + 1
+    return Counted(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt, increment)
 
 
 def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:

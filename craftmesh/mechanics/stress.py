@@ -1,5 +1,6 @@
 """Stresses at the nodes, averaged inside each grain and never across its boundary."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,26 +31,41 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
     Stresses are extrapolated linearly from the integration points to the nodes of each element. A node
     takes the mean over its grain's elements, weighted by volume.
     """
-    mesh, tets, stiffness = model.mesh, model.mesh.tets, model.stiffness()
+    mesh, tets = model.mesh, model.mesh.tets
     part = np.searchsorted(model.grains, mesh.grain)
     found, point = np.unique(part[:, None] * len(mesh.points) + tets, return_inverse=True)
     point = point.reshape(tets.shape)
     stress, volume = np.zeros((len(found), 6)), np.zeros(len(found))
-    places, weights = tet_rule(1 if tets.shape[1] == 4 else DECK_RULE)
-    slopes, spread = shape_slopes(places, tets.shape[1]), _to_nodes(tets.shape[1], len(weights))
-    for rows in parts_of(np.arange(len(tets))):
-        jacobian = jacobians(mesh.points, tets[rows], slopes)
-        moved = displacement[tets[rows]][:, None].swapaxes(2, 3) @ slopes @ np.linalg.inv(jacobian)
-        strain = components((0.5 * (moved + moved.swapaxes(2, 3))).reshape(-1, 3, 3))
-        own, size = (
-            strain.reshape(len(rows), -1, 6) @ stiffness[part[rows]],
-            determinants(jacobian) @ weights,
-        )
+    for rows, own, weight in _at_points(model, displacement):
+        spread, size = _to_nodes(tets.shape[1], own.shape[1]), weight.sum(axis=1)
         np.add.at(stress, point[rows], size[:, None, None] * (spread @ own))
         np.add.at(volume, point[rows], size[:, None])
     part, node = np.divmod(found, len(mesh.points))
-    free = np.einsum("gij,gj->gi", stiffness, components(model.eigenstrain()))
-    return GrainStress(node, point, stress / volume[:, None] - free[part])
+    return GrainStress(node, point, stress / volume[:, None] - _free_stress(model)[part])
+
+
+def _free_stress(model: ElasticModel) -> np.ndarray:
+    """Return the stress (g, 6) of each grain's eigenstrain, which is subtracted from that of the strain."""
+    return np.einsum("gij,gj->gi", model.stiffness(), components(model.eigenstrain()))
+
+
+def _at_points(
+    model: ElasticModel, displacement: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Yield elements (m,), their strain times stiffness (m, q, 6) at integration points, volumes (m, q)."""
+    tets, stiffness = model.mesh.tets, model.stiffness()
+    part = np.searchsorted(model.grains, model.mesh.grain)
+    places, weights = tet_rule(1 if tets.shape[1] == 4 else DECK_RULE)
+    slopes = shape_slopes(places, tets.shape[1])
+    for rows in parts_of(np.arange(len(tets))):
+        jacobian = jacobians(model.mesh.points, tets[rows], slopes)
+        moved = displacement[tets[rows]][:, None].swapaxes(2, 3) @ slopes @ np.linalg.inv(jacobian)
+        strain = components((0.5 * (moved + moved.swapaxes(2, 3))).reshape(-1, 3, 3))
+        yield (
+            rows,
+            strain.reshape(len(rows), -1, 6) @ stiffness[part[rows]],
+            determinants(jacobian) * weights,
+        )
 
 
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
@@ -61,6 +77,19 @@ def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
     return float(
         np.average(size[found.tets[:, :4]].mean(axis=1), weights=tet_volumes(model.mesh.points, corners))
     )
+
+
+def mean_stresses(model: ElasticModel, displacement: np.ndarray) -> np.ndarray:
+    """Return the volume mean (6,) of the stress: 11, 22, 33, 12, 13, 23 in sample axes.
+
+    Integrated as the solver does, it is in exact balance with the loads.
+    """
+    part, free = np.searchsorted(model.grains, model.mesh.grain), _free_stress(model)
+    total, volume = np.zeros(6), 0.0
+    for rows, own, weight in _at_points(model, displacement):
+        total += np.einsum("mq,mqi->i", weight, own - free[part[rows]][:, None])
+        volume += weight.sum()
+    return total / volume
 
 
 def _to_nodes(width: int, rule: int) -> np.ndarray:

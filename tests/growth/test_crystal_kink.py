@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import CrackFronts, Evidence, kinks_and_extensions
+from craftmesh.growth.extension import kinks_and_extensions
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.kink_angle import (
     kink_angles,
     largest_near_stress,
@@ -55,9 +56,9 @@ def test_growth_takes_it_and_closed_cracks_count_as_without_opening():
     options = GrowthOptions(criterion="near_field", share=0.25)
     stiffness = np.repeat(COPPER[None], 2, axis=0)
     k, exact = np.array([[-1e-9, 1, 0], [0, 1, 0.0]]), np.full(2, 1e-6)
-    known = Evidence(np.eye(2, 3), exact, np.ones(2, bool), contact=True)
-    found, _ = kinks_and_extensions(k, CrackFronts(4.0), options, known, stiffness=stiffness)
+    front = FrontPoints.of(k, 4.0, points=np.eye(2, 3), doubt=exact, contact=True, stiffness=stiffness)
+    found, _ = kinks_and_extensions(front, options)
     assert found.kink_angle[0] == found.kink_angle[1] < 0
     assert (found.extension == 1.0).all()
     with pytest.raises(CraftmeshError, match="near_field"):
-        kinks_and_extensions(np.ones((2, 3)), CrackFronts(4.0), options)
+        kinks_and_extensions(FrontPoints.of(np.ones((2, 3)), 4.0), options)

@@ -16,11 +16,10 @@ from craftmesh.growth.extension import (
     ARRESTED,
     CLOSED,
     NOISE,
-    CrackFronts,
-    Evidence,
     doubts,
     kinks_and_extensions,
 )
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.grow import grow
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.surface.measure import area_vectors
@@ -47,7 +46,8 @@ def found(k, options=STEP, error=0.0, contact=False, trusted=None):
     """The growth of a penny of radius 6 in a body under a stress of 1."""
     doubt = doubts(np.broadcast_to(error, COUNT), 1.0, 6.0)
     trusted = np.ones(COUNT, bool) if trusted is None else trusted
-    return kinks_and_extensions(k, CrackFronts(6.0), options, Evidence(PLACES, doubt, trusted, contact))[0]
+    known = {"points": PLACES, "doubt": doubt, "trusted": trusted, "contact": contact}
+    return kinks_and_extensions(FrontPoints.of(k, 6.0, **known), options)[0]
 
 
 def test_a_closed_crack_stays_whatever_its_sliding():

@@ -13,7 +13,8 @@ from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles, one_crack, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.extension import kinks_and_extensions
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import grow
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
@@ -41,7 +42,7 @@ def along(crack, options, k=opened):
     faces = area_vectors(crack.points, crack.triangles).sum(axis=0)
     normal = np.tile(faces / np.linalg.norm(faces), (len(s), 1))
     points = line.at(s)
-    growth, _ = kinks_and_extensions(k(points), CrackFronts(crack_size(crack, BOX)), options)
+    growth, _ = kinks_and_extensions(FrontPoints.of(k(points), crack_size(crack, BOX)), options)
     return replace(growth, points=points, normal=normal, binormal=np.cross(tangent, normal))
 
 
@@ -292,7 +293,7 @@ def test_a_sheet_that_has_left_the_box_ends_no_other():
 def test_nothing_goes_under_the_threshold():
     k = np.tile([1.0, 0.2, 0.1], (5, 1))
     found = [
-        kinks_and_extensions(k, CrackFronts(3.0), GrowthOptions(threshold=threshold, share=0.25))[
+        kinks_and_extensions(FrontPoints.of(k, 3.0), GrowthOptions(threshold=threshold, share=0.25))[
             0
         ].extension
         for threshold in (2.0, 0.9)
@@ -313,10 +314,10 @@ def test_extensions_stay_within_their_caps(driving):
     driving = np.array([1.0, 1.0, *driving])
     options = GrowthOptions(law="power", exponent=2.5, extension=3.0)
     k = np.outer(driving, [1.0, 0.0, 0.0])
-    size = kinks_and_extensions(k, CrackFronts(3.0), options)[0].extension
+    size = kinks_and_extensions(FrontPoints.of(k, 3.0), options)[0].extension
     assert size.min() >= 0.6 and size.max() <= 6.0
     assert (np.diff(size[np.argsort(driving)]) >= 0).all()
-    with_threshold = kinks_and_extensions(k, CrackFronts(3.0), replace(options, threshold=1e-4))[
+    with_threshold = kinks_and_extensions(FrontPoints.of(k, 3.0), replace(options, threshold=1e-4))[
         0
     ].extension
     assert with_threshold.min() == pytest.approx(3.0 * driving.min() ** 2.5 / np.median(driving**2.5))

@@ -9,7 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.kink_angle import energy_release, kink_angles, kink_factors, tangential_intensity
+from craftmesh.growth.front_points import FrontPoints
+from craftmesh.growth.kink_angle import (
+    energy_release,
+    kink_angles,
+    kink_angles_of,
+    kink_factors,
+    tangential_intensity,
+)
+from craftmesh.growth.options import GrowthOptions
 
 BOTH = pytest.mark.parametrize("criterion", ["tangential_stress", "energy_release"])
 
@@ -94,17 +102,25 @@ def test_a_closed_crack_counts_as_one_without_opening(criterion):
     assert angle((-3.0, 1.0, 0.0), criterion) == angle((0.0, 1.0, 0.0), criterion)
 
 
-def test_a_criterion_of_ones_own_is_taken(monkeypatch):
-    monkeypatch.setitem(sys.modules, "own_rule", SimpleNamespace(straight=lambda k: np.zeros(len(k))))
-    assert (kink_angles(np.ones((4, 3)), "own_rule:straight", 0.3) == 0).all()
+def turned_by(criterion, k):
+    return kink_angles_of(FrontPoints.of(k, 1.0), GrowthOptions(criterion=criterion))
+
+
+def test_a_criterion_of_ones_own_is_taken_and_gets_k_as_it_is(monkeypatch):
+    given = []
+    own = SimpleNamespace(straight=lambda front: given.append(front.k) or np.zeros(len(front.k)))
+    monkeypatch.setitem(sys.modules, "own_rule", own)
+    k = np.array([[30.0, -4.0, 2.0], [-1.0, 0.0, 0.0]])
+    assert (turned_by("own_rule:straight", k) == 0).all()
+    assert (given[0] == k).all()
 
 
 @pytest.mark.parametrize("name", ["steepest", "no_such_module:rule", "math:no_such_function"])
 def test_a_criterion_that_is_not_there_is_refused(name):
     with pytest.raises(CraftmeshError, match=f"^criterion .*{name}"):
-        kink_angles(np.ones((1, 3)), name, 0.3)
+        turned_by(name, np.ones((1, 3)))
 
 
 def test_a_criterion_that_returns_something_else_is_refused():
-    with pytest.raises(CraftmeshError, match="expected 2 finite angles"):
-        kink_angles(np.ones((2, 3)), "numpy:ravel", 0.3)
+    with pytest.raises(CraftmeshError, match="expected 2 finite numbers"):
+        turned_by("numpy:shape", np.ones((2, 3)))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.extension import kinks_and_extensions
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.kink_angle import SlipField, slip_ways
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.io.model_tables import OCTAHEDRAL, read_slip_table
@@ -80,10 +81,10 @@ def test_where_two_planes_slip_alike_the_side_of_the_ring_that_slips_more_decide
 def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
     options = GrowthOptions(criterion="slip", slip_table="slip.csv", share=0.25)
     k, ways = np.tile([1.0, 0.1, 0], (2, 1)), np.radians([50.0, -50.0])
-    found, _ = kinks_and_extensions(k, CrackFronts(4.0), options, ways=ways)
+    found, _ = kinks_and_extensions(FrontPoints.of(k, 4.0, slip_angle=ways), options)
     assert np.array_equal(found.kink_angle, ways) and (found.extension == 1.0).all()
     with pytest.raises(CraftmeshError, match="grow.criterion is slip"):
-        kinks_and_extensions(k, CrackFronts(4.0), options)
+        kinks_and_extensions(FrontPoints.of(k, 4.0), options)
     with pytest.raises(CraftmeshError, match="^slip_table: has no point within 1 of"):
         slip_ways(frames(), np.tile(np.eye(3), (3, 1, 1)), SlipField(PLANES * 9.0, PLANES, np.eye(4)), 2.0)
     in_mm = SlipField((PLANES + frames().points[0]) * 1e3, PLANES, np.eye(4))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from craftmesh.growth.extension import CrackFronts, Evidence, kinks_and_extensions
+from craftmesh.growth.extension import kinks_and_extensions
+from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.kink_angle import kink_angles
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.trust import sources, trusted
@@ -56,8 +57,9 @@ PLACES = 6 * np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], axis=1)
 
 def grown(k, flags):
     trust = trusted(flags, np.ones(24), 6 * TURN)
-    known = Evidence(PLACES, np.full(24, 0.01), trust.steers, False, np.ones(24))
-    return kinks_and_extensions(k, CrackFronts(6.0), GrowthOptions(extension=1.0), known)[0], trust
+    known = {"points": PLACES, "doubt": np.full(24, 0.01), "trusted": trust.steers}
+    front = FrontPoints.of(k, 6.0, **known)
+    return kinks_and_extensions(front, GrowthOptions(extension=1.0))[0], trust
 
 
 def test_a_front_whose_nodes_are_all_doubtful_turns_as_its_k_says():

@@ -1,0 +1,63 @@
+"""The force that drives each point of a front, in the unit of K; Delta K is its range over a cycle."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from craftmesh.growth.front_points import FrontPoints
+from craftmesh.growth.kink_angle import in_crystals, near_stress, own_values, tangential_intensity
+from craftmesh.growth.options import DRIVING, NEAR_FIELD, STRESS, GrowthOptions
+from craftmesh.mechanics.near_field import near_field
+
+# K_Ic / K_IIc and K_Ic / K_IIIc in Richard's comparative K (Richard, Fulland & Sander 2005).
+SLIDING, TEARING = 1.155, 1.0
+_ORDER = (1, 0, 2)  # columns of K along binormal, normal, tangent, as in the near field
+
+
+def driving_force(front: FrontPoints, angle: np.ndarray, options: GrowthOptions) -> np.ndarray:
+    """Return the driving force (n,) of front points at their K and kink angles (n,), by options.driving.
+
+    K counts as it is; `opened` sets K_I of closed lips to 0. Raise CraftmeshError if a user-supplied
+    function cannot be found or returns anything but n finite numbers.
+    """
+    if options.driving == STRESS:
+        if options.criterion == NEAR_FIELD:
+            return near_stress(front.k, angle, in_crystals(front))
+        return tangential_intensity(front.k, angle)
+    if options.driving in _BY_K:
+        return _BY_K[options.driving](front.k, options.poisson)
+    if options.driving == "energy_release":
+        return release_intensity(front.k, front.stiffness, options.poisson)
+    return own_values("driving", options.driving, DRIVING, len(front.k), front, angle)
+
+
+def release_intensity(k: np.ndarray, stiffness: np.ndarray, poisson: float) -> np.ndarray:
+    """Return the K_I (n,) with the energy release rate of K (n, 3), straight ahead and in all modes.
+
+    stiffness (n, 6, 6): as in FrontPoints; where it is NaN, an isotropic material of that Poisson's ratio.
+    """
+    weight = np.tile(np.diag([1.0, 1.0, 1 / (1 - poisson)]), (len(k), 1, 1))
+    known = np.isfinite(stiffness).all(axis=(1, 2))
+    if known.any():
+        kinds, of = np.unique(stiffness[known], axis=0, return_inverse=True)
+        weight[known] = near_field(kinds).opening[of.ravel()]
+    along = k[:, list(_ORDER)]
+    return np.sqrt(np.einsum("ni,nij,nj->n", along, weight, along) / weight[:, 1, 1])
+
+
+def richard(k: np.ndarray) -> np.ndarray:
+    """Return Richard's comparative K (n,) of K (n, 3) (Richard, Fulland & Sander 2005)."""
+    shear = (SLIDING * k[:, 1]) ** 2 + (TEARING * k[:, 2]) ** 2
+    return k[:, 0] / 2 + np.sqrt(k[:, 0] ** 2 + 4 * shear) / 2
+
+
+def tanaka(k: np.ndarray, poisson: float) -> np.ndarray:
+    """Return Tanaka's effective K (n,) of K (n, 3) (Tanaka 1974): fourth powers of the modes."""
+    return (k[:, 0] ** 4 + 8 * k[:, 1] ** 4 + 8 * k[:, 2] ** 4 / (1 - poisson)) ** 0.25
+
+
+_BY_K: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
+    "K_I": lambda k, _: k[:, 0],
+    "richard": lambda k, _: richard(k),
+    "tanaka": tanaka,
+}

@@ -1,0 +1,87 @@
+"""What is known at the points of a crack's fronts before a step."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from craftmesh.growth.relaxation import FrontRows
+from craftmesh.growth.steps import Counted
+from craftmesh.growth.trust import sources
+
+_MATRICES = {"orientation": 3, "stiffness": 6}
+
+
+@dataclass(frozen=True, eq=False)
+class FrontPoints:
+    """One row (n,) for each point of a crack's fronts; user-supplied functions get this record.
+
+    k (n, 3): K_I, K_II, K_III at the load in question, in the unit of sif.csv; loads: k by load case.
+    points (n, 3); binormal, normal, tangent (n, 3): the local frame as in front.csv; T: T-stress; doubt:
+    error of K, in its unit; trusted: False at points that take K of the nearest trusted point on their
+    front; front: number of the front; grain, phase: ids, phase 0 if there is none; orientation (n, 3, 3):
+    active rotation from crystal to sample axes; stiffness (n, 6, 6): over 11, 22, 33, 12, 13, 23 in the
+    axes binormal, normal, tangent; slip_angle: kink angle along the most active slip plane, radians. NaN:
+    unknown.
+
+    size: crack size; edge: edge length of the fronts; error: median error of K; contact: True if the
+    solution keeps crack faces from overlapping; net_stress: mean stress over the net section; rows: the
+    rows of each front; increment: number of the step, from 0; last: the front and step before, None for the
+    first.
+    """
+
+    k: np.ndarray
+    loads: Mapping[str, np.ndarray]
+    points: np.ndarray
+    binormal: np.ndarray
+    normal: np.ndarray
+    tangent: np.ndarray
+    T: np.ndarray
+    doubt: np.ndarray
+    trusted: np.ndarray
+    front: np.ndarray
+    grain: np.ndarray
+    phase: np.ndarray
+    orientation: np.ndarray
+    stiffness: np.ndarray
+    slip_angle: np.ndarray
+    size: float
+    edge: float = 0.0
+    error: float = 0.0
+    contact: bool = False
+    net_stress: float = np.nan
+    rows: Sequence[FrontRows] = ()
+    increment: int = 0
+    last: Counted | None = None
+
+    @classmethod
+    def of(cls, k: np.ndarray, size: float, **known: Any) -> "FrontPoints":
+        """Return points with K (n, 3), crack size and `known` fields by name.
+
+        The default K is exact, trusted, and of one front; everything else by point is NaN or 0.
+        """
+        count = len(k)
+        by_point: dict[str, Any] = {"doubt": np.zeros(count), "trusted": np.ones(count, bool)}
+        by_point |= {name: np.zeros(count, int) for name in ("front", "grain", "phase")}
+        by_point |= {name: np.full(count, np.nan) for name in ("T", "slip_angle")}
+        by_point |= {name: np.full((count, 3), np.nan) for name in ("binormal", "normal", "tangent")}
+        by_point |= {name: np.full((count, m, m), np.nan) for name, m in _MATRICES.items()}
+        by_point |= {"points": np.zeros((count, 3))}
+        fields: dict[str, Any] = {"k": k, "loads": {}, "size": size} | by_point | known
+        return cls(**fields)
+
+    def with_k(self, k: np.ndarray) -> "FrontPoints":
+        """Return these points with other K (n, 3)."""
+        return replace(self, k=k)
+
+    def at(self, load: tuple[float, str]) -> np.ndarray:
+        """Return K (n, 3) at a factor times a load case; "": the load of `k`."""
+        factor, name = load
+        return factor * (self.loads[name] if name else self.k)
+
+    def from_trusted(self) -> "FrontPoints":
+        """Return these points with K and doubt of trusted points alone (`trust.sources`)."""
+        of = sources(self.points, self.trusted, self.front)
+        loads = {name: k[of] for name, k in self.loads.items()}
+        return replace(self, k=self.k[of], doubt=self.doubt[of], loads=loads)
