@@ -5,13 +5,18 @@ from collections.abc import Callable
 import numpy as np
 
 from craftmesh.growth.front_points import FrontPoints
-from craftmesh.growth.kink_angle import in_crystals, near_stress, own_values, tangential_intensity
+from craftmesh.growth.kink_angle import (
+    ORDER,
+    in_crystals,
+    near_field_of,
+    near_stress,
+    own_values,
+    tangential_intensity,
+)
 from craftmesh.growth.options import DRIVING, NEAR_FIELD, STRESS, GrowthOptions
-from craftmesh.mechanics.near_field import near_field
 
 # K_Ic / K_IIc and K_Ic / K_IIIc in Richard's comparative K (Richard, Fulland & Sander 2005).
 SLIDING, TEARING = 1.155, 1.0
-_ORDER = (1, 0, 2)  # columns of K along binormal, normal, tangent, as in the near field
 
 
 def driving_force(front: FrontPoints, angle: np.ndarray, options: GrowthOptions) -> np.ndarray:
@@ -39,9 +44,8 @@ def release_intensity(k: np.ndarray, stiffness: np.ndarray, poisson: float) -> n
     weight = np.tile(np.diag([1.0, 1.0, 1 / (1 - poisson)]), (len(k), 1, 1))
     known = np.isfinite(stiffness).all(axis=(1, 2))
     if known.any():
-        kinds, of = np.unique(stiffness[known], axis=0, return_inverse=True)
-        weight[known] = near_field(kinds).opening[of.ravel()]
-    along = k[:, list(_ORDER)]
+        weight[known] = near_field_of(stiffness[known].tobytes()).opening
+    along = k[:, list(ORDER)]
     return np.sqrt(np.einsum("ni,nij,nj->n", along, weight, along) / weight[:, 1, 1])
 
 

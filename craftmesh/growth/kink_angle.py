@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -9,7 +10,7 @@ import scipy
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, GrowthOptions
-from craftmesh.mechanics.near_field import as_tensor, near_field
+from craftmesh.mechanics.near_field import NearField, as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import own_code
 from craftmesh.surface.measure import span_of
@@ -22,7 +23,7 @@ WIDEST = 85.0
 WIDEST_IN_CRYSTALS = 110.0
 STEP = 0.25  # degrees between tried angles; a parabola through the best three finds the angle to 1e-3
 # Columns of K in the order of the near fields: one per displacement along binormal, normal, tangent.
-_ORDER = (1, 0, 2)
+ORDER = (1, 0, 2)
 # Search radius around a point on the ring, in ring radii; field points within it are averaged, weighted by
 # inverse distance.
 NEAR = 0.5
@@ -35,18 +36,23 @@ LEEWAY = np.radians(5)
 def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
     """Return the kink angle (n,) of front points in radians, by options.criterion.
 
-    K_I < 0 counts as 0, except in user-supplied functions. Raise CraftmeshError if the criterion needs
-    orientations or slip that the points lack, and as `own_values`.
+    K_I < 0 counts as 0, except in user-supplied functions. The angle of the largest tangential stress is 0
+    where this stress is not above the doubt of K, as under K_III alone: it would follow the noise of K_I
+    and K_II. Raise CraftmeshError if the criterion needs orientations or slip that the points lack, and as
+    `own_values`.
     """
     if options.criterion == SLIP:
         if np.isnan(front.slip_angle).any():
             raise CraftmeshError("grow.criterion is slip, but slip_angle is NaN; pass those of slip_ways")
         return front.slip_angle
     if options.criterion == NEAR_FIELD:
-        return largest_near_stress(opened(front.k), in_crystals(front))[0]
-    if options.criterion in CRITERIA:
-        return kink_angles(front.k, options.criterion, options.poisson)
-    return own_values("criterion", options.criterion, CRITERIA, len(front.k), front)
+        angle, pull = largest_near_stress(opened(front.k), in_crystals(front))
+        return np.where(pull > front.doubt, angle, 0.0)
+    if options.criterion not in CRITERIA:
+        return own_values("criterion", options.criterion, CRITERIA, len(front.k), front)
+    angle = kink_angles(front.k, options.criterion, options.poisson)
+    known = tangential_intensity(opened(front.k), angle) > front.doubt
+    return np.where(known | (options.criterion != STRESS), angle, 0.0)
 
 
 def in_crystals(front: FrontPoints) -> np.ndarray:
@@ -174,13 +180,19 @@ def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.n
     return np.array([scipy.interpolate.CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
 
 
+@lru_cache(maxsize=1)  # each end of each load cycle asks for the fields of the same points
+def near_field_of(stiffness: bytes) -> NearField:
+    """Return the near field in crystals, from the bytes of their stiffness (k, 6, 6)."""
+    return near_field(np.frombuffer(stiffness).reshape(-1, 6, 6))
+
+
 def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angles (a,) and the tangential stress times sqrt(2 pi r) (n, a) at them, for K (n, 3)."""
-    field = near_field(stiffness)
+    field = near_field_of(stiffness.tobytes())
     step = field.angles[1] - field.angles[0]
     chosen = np.abs(field.angles) < np.radians(WIDEST_IN_CRYSTALS) + step
     angles = field.angles[chosen]
-    gradient = np.einsum("nm,namij->naij", k[:, list(_ORDER)], field.value[:, chosen, :3])
+    gradient = np.einsum("nm,namij->naij", k[:, list(ORDER)], field.value[:, chosen, :3])
     stress = np.einsum("nijkl,nakl->naij", as_tensor(stiffness)[..., :2], gradient, optimize=True)
     across = np.stack([-np.sin(angles), np.cos(angles), 0 * angles], axis=1)
     return angles, np.sqrt(2 * np.pi) * np.einsum("ai,naij,aj->na", across, stress, across, optimize=True)

@@ -22,7 +22,8 @@ def largest_net_stress(
     fields: displacements (n, 3) by load case; first: the load case of loads without a name.
     """
     loads = {load for block in options.cycles() for load in (block.largest, block.smallest)}
-    return max(net_stress(model, factor * fields[name or first]) for factor, name in loads)
+    models = model.by_load()
+    return max(net_stress(models[name or first], factor * fields[name or first]) for factor, name in loads)
 
 
 def net_stress(model: ElasticModel, displacement: np.ndarray) -> float:

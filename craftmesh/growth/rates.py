@@ -78,10 +78,10 @@ def forman(coefficient: float, exponent: float, toughness: float, threshold: flo
         raise ValueError
 
     def rate(cycle: LoadCycle) -> np.ndarray:
-        opens = 1 - np.maximum(cycle.ratio, 0.0)
-        left = opens * (toughness - cycle.driving)
-        found = _power(opens * cycle.driving, coefficient, exponent, threshold)
-        return np.where(left > 0, found / np.where(left > 0, left, 1.0), np.inf)
+        opens, left = 1 - np.maximum(cycle.ratio, 0.0), toughness - cycle.driving
+        scale = np.where((opens > 0) & (left > 0), opens * left, 1.0)
+        found = _power(opens * cycle.driving, coefficient, exponent, threshold) / scale
+        return np.where(left > 0, found, np.inf)
 
     return RateLaw(rate, True)
 

@@ -5,15 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from edge_crack import write_edge_crack
 from hypothesis import given
 from hypothesis import strategies as st
 
+from craftmesh.cli import main
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.driving import driving_force, release_intensity
 from craftmesh.growth.extension import ARRESTED, CLOSED, NOISE, kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.kink_angle import kink_angles
 from craftmesh.growth.options import DRIVING, GrowthOptions
+from craftmesh.io.front_csv import read_front
 from craftmesh.mechanics.materials import Material
 
 STEEL = Material("isotropic", (210.0, 0.3)).stiffness()
@@ -133,3 +136,22 @@ def test_a_force_that_is_no_force_is_refused(monkeypatch):
     ):
         with pytest.raises(CraftmeshError, match=said):
             force(name, [[1, 0, 0], [1, 0, 0]])
+
+
+def test_a_solved_crack_torn_along_its_front_grows_by_the_choices_that_count_it(tmp_path):
+    """A block with an edge crack, sheared along its front and held at its other faces: K_III alone."""
+    write_edge_crack(tmp_path, (8, 3, 8))
+    files = {name: str(tmp_path / name) for name in ("volume.vtu", "u.npz", "sif.csv", "crack.vtp")}
+    held = [f"{plane}.{axis}=fixed" for plane in ("YMIN", "YMAX") for axis in "xz"]
+    model = ["--material", "isotropic:70000,0.3", "--quarter-points", "--faces", *held]
+    model += ["ZMIN.y=fixed", "ZMAX.y=stress:100"]
+    assert main(["solve", files["volume.vtu"], "-o", files["u.npz"], *model]) == 0
+    for driving, factor in (("tangential_stress", 0.0), ("energy_release", 0.7**-0.5), ("richard", 1.0)):
+        words = ["-o", files["sif.csv"], "--crack", files["crack.vtp"], "--driving", driving, *model]
+        assert main(["fracture", files["volume.vtu"], files["u.npz"], *words]) == 0
+        found = read_front(tmp_path / "sif.csv")
+        assert np.abs(found["K_I"]).max() < 0.01 * np.abs(found["K_III"]).min()
+        assert (found["extension"] > 0).all() == (factor > 0)
+        if factor:  # 1 %: what is left of K_I and K_II
+            assert found["driving"] == pytest.approx(factor * np.abs(found["K_III"]).mean(), rel=0.01)
+            assert np.abs(found["kink_angle"]).max() < 1

@@ -128,6 +128,7 @@ def test_laws_start_at_their_threshold_and_end_at_k_c(law, threshold, toughness)
     assert (rate(law, [0.0, threshold * (1 - 1e-9)]) == 0).all()
     assert (rate(law, threshold * (1 + 1e-9)) > 0).all()
     assert np.isfinite(rate(law, min(toughness, 1e6) * (1 - 1e-9))).all()
+    assert (rate(law, 100.0, 1.0) == 0).all()  # a load that does not change
     if toughness < np.inf:
         assert np.isinf(rate(law, [toughness, 2 * toughness])).all()
 
