@@ -25,7 +25,8 @@ ENDS = {UNSTABLE, YIELDS}  # reasons of a single point that end the growth of th
 # exact value by up to 0.43 % of it (the lens and the crystal of docs/fracture.md). K_II of a penny under
 # compression is exactly 0, and comes out as 0.54 %.
 NOISE_SHARE = 0.01
-LITTLE = 1e-4  # change of ln K for the exponent d ln(da/dN) / d ln(K); a power's is then exact to 1e-11
+# Change of ln K for the exponent d ln(da/dN) / d ln(K), and its digits; rounding leaves 1e-11 of a power.
+LITTLE, DIGITS = 1e-4, 9
 
 
 def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
@@ -78,7 +79,7 @@ def kinks_and_extensions(front: FrontPoints, options: GrowthOptions) -> tuple[Fr
     goes = stays == ""
     da_dn = np.where(goes, da_dn, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        power = np.log(rate_at(np.exp(LITTLE)) / da_dn) / LITTLE
+        power = np.round(np.log(rate_at(np.exp(LITTLE)) / da_dn) / LITTLE, DIGITS)
     rate, exponent, counts = _rates(front, peak, da_dn, power, options)
     step = FrontStep.of(
         front.points,

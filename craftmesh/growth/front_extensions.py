@@ -80,7 +80,6 @@ def front_extensions(
         error=float(np.median(parameters.error[trust.steers])),
         contact="contact_closed" in solutions[name].record,
         rows=rows_along(lines, frames.points, frames.binormal),
-        increment=0 if last is None else int(last.increment) + 1,
         last=last,
     )
     if options.criterion == SLIP:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.growth.relaxation import FrontRows
-from craftmesh.growth.steps import Counted
+from craftmesh.growth.steps import Counted, increment_after
 from craftmesh.growth.trust import sources
 
 _MATRICES = {"orientation": 3, "stiffness": 6}
@@ -27,8 +27,7 @@ class FrontPoints:
 
     size: crack size; edge: edge length of the fronts; error: median error of K; contact: True if the
     solution keeps crack faces from overlapping; net_stress: mean stress over the net section; rows: the
-    rows of each front; increment: number of the step, from 0; last: the front and step before, None for the
-    first.
+    rows of each front; last: the front and step before, None for the first.
     """
 
     k: np.ndarray
@@ -52,8 +51,12 @@ class FrontPoints:
     contact: bool = False
     net_stress: float = np.nan
     rows: Sequence[FrontRows] = ()
-    increment: int = 0
     last: Counted | None = None
+
+    @property
+    def increment(self) -> int:
+        """The number of the coming step, from 0."""
+        return increment_after(self.last)
 
     @classmethod
     def of(cls, k: np.ndarray, size: float, **known: Any) -> "FrontPoints":

@@ -257,7 +257,7 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
             of_grain = place.startswith(GRAIN) and place.removeprefix(GRAIN).isdecimal()
             key = None if not named else place if of_grain else int(place)
             found = _law(*law.split(":"))
-        except (ValueError, TypeError):
+        except (ValueError, TypeError, KeyError):
             raise CraftmeshError(
                 f"grow.rates: {text!r} is not a law; write {FORMS}, with rising positive numbers in "
                 f"tables; PHASE= or {GRAIN}<id>= may precede it"
@@ -269,7 +269,7 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
 
 
 def _law(kind: str, constants: str) -> RateLaw:
-    """Return the law of a kind and its constants; raise ValueError or TypeError if they are invalid."""
+    """Return the law of a kind and its constants; raise ValueError, TypeError, KeyError if invalid."""
     if kind not in KINDS and constants.isidentifier():
         return RateLaw(own_code("rates", f"{kind}:{constants}", tuple(KINDS)))
     values = [float(value) for value in constants.split(",")]

@@ -37,7 +37,7 @@ class Counted(NamedTuple):
     doubt: float
     ahead: float
     ahead_doubt: float
-    increment: float = 0.0
+    increment: float = 0
 
 
 def growth_to(last: Counted | None, rate: float, power: float) -> float:
@@ -48,6 +48,11 @@ def growth_to(last: Counted | None, rate: float, power: float) -> float:
     if last is None:
         return ROOT * power
     return math.log(rate / last.rate) / math.log1p(last.step / last.size)
+
+
+def increment_after(last: Counted | None) -> int:
+    """Return the number of the step that follows `last`, 0 if there is none."""
+    return 0 if last is None else int(last.increment) + 1
 
 
 def counted(
@@ -65,8 +70,8 @@ def counted(
     if rate > 0:
         ahead = cycles_over(step, size, rate, growth_to(last, rate, power))
         ahead_doubt = abs(ahead - step / rate) + ahead * power * error
-    increment = 0.0 if last is None else last.increment + 1
-    return Counted(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt, increment)
+    number = increment_after(last)
+    return Counted(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt, number)
 
 
 def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:

@@ -136,6 +136,7 @@ def test_laws_are_those_of_the_grain_then_of_its_phase_then_of_all():
         "paris:-1,3",
         "paris:1,2,3,4",
         "walker:1,2",
+        "walkr:1,2,3",
         "table:1,2",
         "table:2,1,1,2",
         "A=paris:1,3",

@@ -16,6 +16,7 @@ from craftmesh.growth.extension import ARRESTED, CLOSED, NOISE, kinks_and_extens
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.kink_angle import kink_angles
 from craftmesh.growth.options import DRIVING, GrowthOptions
+from craftmesh.growth.steps import counted
 from craftmesh.io.front_csv import read_front
 from craftmesh.mechanics.materials import Material
 
@@ -121,7 +122,8 @@ def test_a_force_of_ones_own_gets_all_that_is_known_of_the_points(monkeypatch):
     own_module(monkeypatch, torn=torn)
     orientation = np.stack([np.eye(3), np.full((3, 3), np.nan)])
     known = {"grain": np.array([4, 7]), "phase": np.array([1, 2]), "orientation": orientation}
-    known |= {"T": np.array([-3.0, 5.0]), "increment": 3, "normal": np.tile([0.0, 0, 1], (2, 1))}
+    known |= {"T": np.array([-3.0, 5.0]), "normal": np.tile([0.0, 0, 1], (2, 1))}
+    known |= {"last": counted(None, 1.0, 0.1, 1e-3, 3.0, 0.0)._replace(increment=2)}
     found = force("own_rule:torn", [[30.0, 0, 2.0], [-1.0, 0, -5.0]], **known)
     assert found == pytest.approx([3.0, 6.0])
 
