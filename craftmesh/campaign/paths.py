@@ -15,7 +15,7 @@ SECTION_FILES = {
     "generate": ("voids_from",),
     "sizing": ("points", "field"),
     "inp": ("lip_field", "eigenstrain_file", "user_material"),
-    "grow": ("slip_table",),
+    "grow": ("slip_table", "block_table"),
 }
 CRACK_FILES = ("file", "front")
 _VARIABLE = re.compile(r"\$(?:([A-Za-z_]\w*)|\{(\w+)\})", re.ASCII)

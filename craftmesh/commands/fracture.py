@@ -5,6 +5,7 @@ unless load is none. Box faces that the load holds, moves or pulls count as load
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -19,7 +20,7 @@ from craftmesh.growth.options import GrowthOptions, check_cycle
 from craftmesh.growth.trust import doubted_sentence
 from craftmesh.io.front_csv import LOAD_CASE, rows_by_load, write_front
 from craftmesh.io.json_file import read_json, write_json
-from craftmesh.io.model_tables import read_slip_table
+from craftmesh.io.model_tables import read_blocks, read_slip_table
 from craftmesh.io.stage_npz import read_solutions
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.model import elastic_model
@@ -50,6 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     known, growth = known_of_files(arguments), options_from(arguments, GrowthOptions)
+    if growth.block_table:
+        with named(growth.block_table):
+            rows = read_blocks(existing(Path(growth.block_table)))
+            growth = replace(growth, blocks=rows, block_table="")
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
     solutions = read_solutions(existing(arguments.solution))
     check_solutions(model, solutions, str(arguments.solution))

@@ -48,6 +48,10 @@ def front_extensions(
     Raise CraftmeshError if the cycle names unknown load cases, or the criterion lacks orientations or slip.
     """
     check_cycle(options, list(model.by_load()))
+    if options.block_table:
+        raise CraftmeshError(
+            f"block_table is {options.block_table!r}, but only commands read it; pass its rows as blocks"
+        )
     size = crack_size(crack, model.mesh.box)
     if not found:
         none = dict.fromkeys(("node", "kink_angle", "extension", "stays"), np.zeros(0))

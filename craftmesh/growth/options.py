@@ -91,6 +91,9 @@ class GrowthOptions(Options):
         "table of load cycles in place of cycle and stress_ratio, repeated without end: rows of "
         "CYCLES,LARGEST,SMALLEST; a load is a factor on the first load, a load case, or FACTOR*CASE",
     )
+    block_table: str = option(
+        "", "CSV of such rows in place of blocks: columns cycles, largest and smallest"
+    )
     toughness: float | None = option(
         None, "K_c: growth ends where the driving force at the largest load reaches it", above=0
     )
@@ -116,10 +119,11 @@ class GrowthOptions(Options):
                 f"criterion is {self.criterion} and slip_table {self.slip_table!r}; give a slip_table with "
                 "criterion slip, and none with any other"
             )
-        if self.blocks and (self.cycle or self.stress_ratio):
+        loads = [key for key in ("blocks", "block_table", "cycle", "stress_ratio") if getattr(self, key)]
+        if len(loads) > 1 and loads[0] in ("blocks", "block_table"):
             raise CraftmeshError(
-                "blocks is given together with cycle or stress_ratio; remove the latter, each row of "
-                "blocks contains its own loads"
+                f"{loads[0]} is given together with {loads[1]}; remove one, rows of blocks contain their "
+                "own loads"
             )
         self.cycles()
         if len(self.cycle) == 2 and self.stress_ratio:

@@ -199,6 +199,23 @@ def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.
     return points, values[PRESSURE][:, 0], values[TRACTION]
 
 
+def read_blocks(path: str | os.PathLike) -> tuple[str, ...]:
+    """Return the rows CYCLES,LARGEST,SMALLEST of a table with these columns, in small letters.
+
+    Raises CraftmeshError if one is missing.
+    """
+    names = ("cycles", "largest", "smallest")
+    table = read_table(path, names[:1])
+    columns = [table.words(name) for name in names]
+    known = [column for column in columns if column is not None]
+    if len(known) < len(names) or not known[0]:
+        raise CraftmeshError(
+            f"{path}: its columns are {', '.join(table.names) or 'not named'}, its rows {len(table.rows)}; "
+            f"expected {', '.join(names)} and rows of load cycles"
+        )
+    return tuple(map(",".join, zip(*known)))
+
+
 def read_slip_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points (k, 3), slip-plane normals (p, 3) in crystal axes, and the slip (k, p) on each plane.
 

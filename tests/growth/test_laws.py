@@ -193,8 +193,10 @@ def test_rows_that_are_no_blocks_are_refused(row):
     [
         (
             {"blocks": ("1,1,0",), "stress_ratio": 0.1},
-            "blocks is given together with cycle or stress_ratio",
+            "blocks is given together with stress_ratio",
         ),
+        ({"block_table": "a.csv", "blocks": ("1,1,0",)}, "blocks is given together with block_table"),
+        ({"block_table": "a.csv", "cycle": ("a",)}, "block_table is given together with cycle"),
         ({"rates": ("walker:1,3,0.5",), "closure": "open:0.8"}, "grow.closure is 'open:0.8', but a law"),
         ({"rates": ("nasgro:1,3,0,0,0,1,1,50,4,0.3",)}, "is not a law"),
         ({"rates": ("forman:1,3,0",)}, "is not a law"),
@@ -292,5 +294,16 @@ def test_the_verbs_end_growth_at_k_c_and_at_net_section_yield(tmp_path, capsys):
             net = json.loads((tmp_path / "f.json").read_text())["growth"]["net_stress"]
             assert net == pytest.approx(200, rel=1e-3)
     columns = read_front(tmp_path / "sif.csv")
+    (tmp_path / "blocks.csv").write_text("Cycles,largest,smallest\n10,1,0\n1,0.5,0\n")
+    table = ["--block-table", str(tmp_path / "blocks.csv"), "--coefficient", "1e-12"]
+    assert main([*step, *table]) == 0
+    assert (read_front(tmp_path / "sif.csv")["da_dN"] == columns["da_dN"]).all()
+    for text, said in (
+        ("cycles,largest\n1,1\n", "blocks.csv: its columns are cycles, largest, its rows 1; expected"),
+        ("cycles,largest,smallest\n1,1,2\n", "blocks.csv: blocks: '1,1,2' is no row"),
+    ):
+        (tmp_path / "blocks.csv").write_text(text)
+        capsys.readouterr()
+        assert main([*step, *table]) == 1 and said in capsys.readouterr().err
     mean = 1e-12 * (10 * columns["driving"] ** 3 + (0.5 * columns["driving"]) ** 3) / 11
     assert columns["da_dN"] == pytest.approx(mean) and (columns["R"] == 0).all()
