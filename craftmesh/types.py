@@ -16,8 +16,10 @@ GRAIN: Final = "grain"
 UNINDEXED: Final = "unindexed"
 VOID: Final = "void"
 # Facet kinds of a Surface. Box planes are numbered 1..6 in the order of BOX_PLANES.
+# BORDER: a facet where a part was cut out of a mesh; no stage changes the facet or its corners.
 INTERFACE = 0
 CRACK = 7
+BORDER = 8
 BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
 # Faces of a box in the order of BOX_PLANES: the axis normal to the face, and 1 for the upper face.
 BOX_FACES = tuple((axis, upper) for axis in range(3) for upper in (0, 1))

@@ -5,6 +5,7 @@ but write none apart from the digests and phases that `file_digest` and `phases`
 """
 
 import os
+import re
 import shlex
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ from craftmesh.deck.includes import mesh_file
 from craftmesh.deck.options import OF_THE_FILE
 from craftmesh.errors import named
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.json_file import read_json
 from craftmesh.io.mesh_formats import EXPORTS, GRAIN_TABLE
 from craftmesh.mechanics.model_options import ModelOptions
@@ -105,6 +107,24 @@ class Campaign:
         before = f"{self.results}/{case}/{int(inc) - 1:03d}"
         grown = {"grown": f"{before}/grown.vtp"} if self.cases[case].grows else {}
         return {"previous": f"{before}/crack.vtp", **grown} if int(inc) else {}
+
+    @property
+    def renewed(self) -> str:
+        """The cases whose meshes are renewed, as a regular expression for a Snakemake wildcard."""
+        names = [case.name for case in self.cases.values() if case.settings["renew"]["reuse"] != "never"]
+        return "|".join(map(re.escape, names)) or "(?!)"
+
+    def mesh_before(self, case: str, inc: str) -> dict[str, str]:
+        """Return the mesh and sizing of the increment before, and its map if that was renewed, too."""
+        before = f"{self.results}/{case}/{int(inc) - 1:03d}"
+        numbers = {"map_before": f"{before}/map.npz"} if int(inc) > 1 else {}
+        return {"before": f"{before}/volume.vtu", "sizing_before": f"{before}/sizing.npz", **numbers}
+
+    def renew_flags(self, case: str) -> str:
+        """Return the flags of `craftmesh renew`: its own, and those of the stages that it runs."""
+        settings = self.cases[case].settings
+        stitch = fields_of(InsertOptions, settings["stitch"])
+        return command_flags(settings["renew"] | stitch | settings["gradate"] | settings["tetrahedralize"])
 
     def last_step(self, case: str, inc: str) -> dict[str, str]:
         """Return the files `base` and `step` that growth wrote in the previous increment; {} for 000."""

@@ -34,6 +34,7 @@ SECTIONS = {
         ["gradation.gradate.GradateOptions"],
     ),
     "tetrahedralize": ("tetrahedral meshes of the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
+    "renew": ("meshes that keep what a growing crack leaves unchanged", ["renewal.options.RenewOptions"]),
     "inp": ("the input deck", ["mechanics.model_options.ModelOptions", "deck.options.DeckOptions"]),
     "export": ("the mesh for other programs", ["io.mesh_formats.ExportOptions"]),
     "solve": ("the displacement field and its solver", ["solve.options.SolveOptions"]),

@@ -10,6 +10,7 @@ from craftmesh.io.vtk import write_tets
 from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.tetrahedra.volume import Volume
+from craftmesh.types import TetMesh
 
 
 def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
@@ -27,6 +28,11 @@ def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict)
     report: counts that the report begins with.
     """
     mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
+    write_mesh(arguments, mesh, report | assembled | {"meshing": volume.record})
+
+
+def write_mesh(arguments: argparse.Namespace, mesh: TetMesh, report: dict) -> None:
+    """Write a mesh, its report and, where --front-csv names a file, the ordered fronts."""
     warn(flat_sentence(flat_tets(mesh)), severed_sentence(mesh))
     if arguments.front_csv is not None:
         from craftmesh.mesh.front_frames import front_frames
@@ -34,4 +40,4 @@ def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict)
 
         write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
     write_tets(arguments.output, mesh)
-    tell(report | assembled | {"meshing": volume.record}, arguments.report)
+    tell(report, arguments.report)

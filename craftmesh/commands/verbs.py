@@ -20,6 +20,7 @@ VERBS = (
     "gradate",
     "tetrahedralize",
     "assemble",
+    "renew",
     "inp",
     "solve",
     "fracture",

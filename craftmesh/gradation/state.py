@@ -10,14 +10,14 @@ import numpy as np
 
 from craftmesh.gradation.crack_reference import crack_triangles, front_segments
 from craftmesh.gradation.folds import folded_patches
-from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
+from craftmesh.gradation.kernels.codes import ON_BORDER, ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.patches import oriented
-from craftmesh.types import CRACK, Crack, Surface
+from craftmesh.types import BORDER, CRACK, Crack, Surface
 
 # Most facets that one operation may change, and most facets on one edge (a split halves each). This is far
 # more than meet at a vertex of a valid surface; an operation on more is refused.
@@ -49,6 +49,7 @@ class Mesh(NamedTuple):
     patch_sides: np.ndarray  # (p, 2) slots
     patch_crack: np.ndarray  # (p,) bool
     patch_free: np.ndarray  # (p,) bool, whether it bounds the exterior or a void
+    patch_border: np.ndarray  # (p,) bool
     stamp: np.ndarray  # (v,) marks of walks over vertices
     facet_stamp: np.ndarray  # (f,) the same over facets
     clock: np.ndarray  # (2,) the last mark of either
@@ -143,18 +144,26 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
         first=np.full(n + 1, -1, np.int64),
         after=np.full(3 * m, -1, np.int64),
         rank=_with_spare_row(classes.rank),
-        flags=_with_spare_row(classes.planes + ON_CRACK * classes.on_crack + ON_FRONT * classes.on_front),
+        flags=_with_spare_row(_flags(classes)),
         size=_with_spare_row(np.asarray(size, float)),
         used=np.array([n, m], np.int64),
         patch_sides=slot[patch_facet].reshape(-1, 2),
         patch_crack=surface.kind[patch_facet] == CRACK,
         patch_free=(sides[patch_facet] <= 0).any(axis=1),
+        patch_border=surface.kind[patch_facet] == BORDER,
         stamp=np.zeros(n + 1, np.int64),
         facet_stamp=np.zeros(m, np.int64),
         clock=np.zeros(2, np.int64),
     )
     link_all(facets, mesh.alive, m, mesh.first, mesh.after)
     return mesh
+
+
+def _flags(classes: Classification) -> np.ndarray:
+    """Return the flags (n,) of the vertices."""
+    on_crack = ON_CRACK * classes.on_crack + ON_FRONT * classes.on_front
+    flags: np.ndarray = classes.planes + on_crack + ON_BORDER * classes.on_border
+    return flags
 
 
 def _with_spare_row(array: np.ndarray) -> np.ndarray:

@@ -206,7 +206,8 @@ def _walls(cut: CutSurface, nodes: np.ndarray, count: int) -> np.ndarray:
     patch = patches(near)
     on = np.zeros((count, len(patch.first_facet) + 3), bool)
     on[near.facets, patch.of_facet[:, None]] = True
-    on[: len(cut.points), -3:] = Classification(near).held
+    classes = Classification(near)
+    on[: len(cut.points), -3:] = classes.held & ~classes.on_border[:, None]
     return on[nodes]
 
 

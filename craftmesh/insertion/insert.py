@@ -53,6 +53,7 @@ def insert_crack(
     sizing: Lengths | None = None,
     options: InsertOptions | None = None,
     progress: Callable[[float, str], None] = silent,
+    known: np.ndarray | None = None,
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with the crack's facets (kind CRACK), conformal at grain boundaries, and a report.
 
@@ -60,14 +61,16 @@ def insert_crack(
     fill its box. crack: from any source, in the same box (`crack_from_triangles`). Its parts outside the
     body are dropped, and several surfaces are inserted one after another. sizing.at(points) returns target
     lengths of front edges; None: the surface's median edge length. Crack facets are as large as the crack's
-    shape allows; the gradation refines them. Grain boundaries keep their shape except at points that move
-    onto the crack (options.snap). Raise CraftmeshError if grains are open or inside out, if the crack meets
-    no grain, if its traces cannot be triangulated, or if its facets would intersect others, as those of a
-    curved crack along a box plane.
+    shape allows; the gradation refines them. known (k, 3): points of the surface that lie on the crack as
+    an older mesh has it; they stay where they are. Grain boundaries keep their shape except at points that
+    move onto the crack (options.snap). Raise CraftmeshError if grains are open or inside out, if the crack
+    meets no grain, if its traces cannot be triangulated, or if its facets would intersect others, as those
+    of a curved crack along a box plane.
     """
     refuse_open(surface)
     options = options or InsertOptions()
     target = target_of(surface, sizing)
+    places = np.zeros((0, 3)) if known is None else known
     reports = []
     box, before = surface.box, surface
     for sheet in by_place(crack):
@@ -83,7 +86,7 @@ def insert_crack(
         held = seam_ends(parts)
         for part in parts:
             given = Given(part, box, least, held)
-            surface, numbers = _with_part(surface, given, target, options, progress)
+            surface, numbers = _with_part(surface, given, target, options, places, progress)
             reports.append(numbers)
         if len(parts) > 1:
             fronts = fronts_of(before, crack)
@@ -120,12 +123,13 @@ def _with_part(
     given: Given,
     target: SizeAt,
     options: InsertOptions,
+    known: np.ndarray,
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with one part of a crack inserted, and its report."""
     sheet, least = sheet_of(given.crack, surface.box, given.held), given.least
     best = soundest(
-        prepared(surface, sheet),
+        prepared(surface, sheet, known, least),
         sheet,
         given,
         options,

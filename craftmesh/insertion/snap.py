@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.cracks.near_faces import ALONG
-from craftmesh.cracks.promises import LATER_CRACKS
+from craftmesh.cracks.promises import LATER_CRACKS, PROMISED
 from craftmesh.insertion.cut import OFF, CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import move_onto
 from craftmesh.insertion.options import InsertOptions
@@ -21,8 +21,12 @@ from craftmesh.types import CRACK, Surface
 REACH = 3  # largest distance, in longest edges, at which points get an offset from the crack
 
 
-def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
-    """Return the surface with psi near the crack, exactly 0 at points on it, and with local sizes."""
+def prepared(surface: Surface, sheet: Sheet, known: np.ndarray, least: float) -> CutSurface:
+    """Return the surface with psi near the crack, exactly 0 at points on it, and with local sizes.
+
+    known (k, 3): places of points that are on the crack as an older mesh has it, with the tolerance that is
+    promised; least: smallest target length.
+    """
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
     reach = REACH * longest
@@ -34,7 +38,16 @@ def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     psi = np.full(len(surface.points), np.nan)
     psi[rows] = sheet.offset(surface.points[rows])
     psi[rows[np.abs(psi[rows]) <= ROUNDING * size[rows]]] = 0.0
+    if len(known):
+        on_old = rows[_are_among(surface.points[rows], known)]
+        psi[on_old[np.abs(psi[on_old]) <= PROMISED.facets * least]] = 0.0
     return replace(uncut(surface), psi=psi, size=size)
+
+
+def _are_among(points: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return a mask (n,) of the points (n, 3) that have the coordinates of one of the places (k, 3)."""
+    known = set(map(tuple, places.tolist()))
+    return np.array([tuple(point) in known for point in points.tolist()], bool)
 
 
 def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:

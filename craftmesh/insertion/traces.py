@@ -22,7 +22,7 @@ from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.front import among_edges
 from craftmesh.surface.measure import edge_lengths, unit_normals
 from craftmesh.surface.patches import is_on_box, patches
-from craftmesh.types import Surface
+from craftmesh.types import BORDER, Surface
 
 # Largest distance of trace edges on a box face from the crack's mouth, measured in the face, in smallest
 # target lengths. OFF would allow much more where the crack meets the face at a small angle.
@@ -123,6 +123,7 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
         phi = surface.phi[edges]
         inside = (phi > 0).any(axis=1) | (phi >= 0).all(axis=1)
     chosen = ((count > 2) | (patch[first] == patch[second])) & on[edges].all(axis=1) & inside
+    chosen &= ~among_edges(edges, near.facets[near.kind == BORDER])
     return edges[chosen], normal[chosen], held[chosen]
 
 

@@ -26,6 +26,8 @@ _ENTRIES = {
     "field_counts": (np.int64, (None,)),
     "field_growth": (float, (None,)),
 }
+MAP_FORMAT = "craftmesh map 1"  # value of the entry `format`
+_MAP_ENTRIES = ("nodes", "elements", "lengths")
 SOLUTION_FORMAT = "craftmesh solution 1"  # value of the entry `format`
 _HISTORY = "history "  # prefix of the entries of a history
 # Order of VTK's stress components, yz before xz.
@@ -96,6 +98,20 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
             f"field_lengths and {growth} field_growth; run `craftmesh size` again"
         )
     return arrays
+
+
+def write_map(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write the numbers of a mesh before in a new mesh, completely or not at all.
+
+    Arrays: nodes (n,) and elements (m,), the new row of each old one or -1; lengths (k,), the target
+    lengths that the new mesh's nodes were made for.
+    """
+    write_arrays(path, {"format": np.array(MAP_FORMAT), **{name: arrays[name] for name in _MAP_ENTRIES}})
+
+
+def read_map(path: str | os.PathLike) -> dict[str, np.ndarray]:
+    """Return the arrays in a file of `write_map`; raises CraftmeshError for another file."""
+    return _loaded(path, MAP_FORMAT, "renew", _MAP_ENTRIES)
 
 
 def _loaded(

@@ -8,7 +8,7 @@ from craftmesh.surface.connectivity import open_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, is_degenerate, side_volumes
 from craftmesh.surface.patches import PLANES, is_on_box
-from craftmesh.types import BOX_PLANES, CRACK, Surface
+from craftmesh.types import BORDER, BOX_PLANES, CRACK, Surface
 
 
 @typed
@@ -79,7 +79,7 @@ def _labels(surface: Surface) -> list[str]:
     kind = surface.kind
     on_box = is_on_box(kind)
     return (
-        _facets_breach(surface, kind > CRACK, f"have a kind above {CRACK}")
+        _facets_breach(surface, kind > BORDER, f"have a kind above {BORDER}")
         + _facets_breach(surface, (behind <= 0) & (ahead <= 0), "bound no grain")
         + _facets_breach(surface, (behind == ahead) & (kind != CRACK), "have the same grain on both sides")
         + _facets_breach(surface, on_box & (behind != 0) & (ahead != 0), "on the box have no outside")

@@ -9,7 +9,7 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.ranks import AT_JUNCTION, line_ranks
 from craftmesh.surface.kernels.tied import tied_vertices
 from craftmesh.surface.patches import FeatureEdges, Patches, feature_edges, patches
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import BORDER, CRACK, Surface
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,14 @@ class Classification:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """(n, 3) bool: coordinates fixed by box planes; all three at a corner of the box."""
-        return (self.planes[:, None] >> np.array([0, 2, 4])) & 3 != 0
+        """(n, 3) bool: coordinates fixed by box planes; all three at a corner of the box and on borders."""
+        by_planes = (self.planes[:, None] >> np.array([0, 2, 4])) & 3 != 0
+        return by_planes | self.on_border[:, None]
+
+    @cached_property
+    def on_border(self) -> np.ndarray:
+        """(n,) bool: vertices of border facets."""
+        return self._among(self.surface.facets[self.surface.kind == BORDER])
 
     @cached_property
     def on_crack(self) -> np.ndarray:

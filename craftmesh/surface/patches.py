@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import numbered
-from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
+from craftmesh.types import BORDER, BOX_PLANES, CRACK, INTERFACE, Surface
 
 # Kind, axis, and whether it is the upper one, of each box plane.
 PLANES = tuple((kind, (kind - 1) // 2, kind % 2 == 0) for kind in range(1, len(BOX_PLANES) + 1))
@@ -51,7 +51,9 @@ def patches(surface: Surface) -> Patches:
     """
     sides = np.where(_turned(surface)[:, None], surface.sides[:, ::-1], surface.sides)
     labels, place = numbered(sides)
-    key = (place[:, 0] * len(labels) + place[:, 1]) * (CRACK + 1) + surface.kind
+    key = (place[:, 0] * len(labels) + place[:, 1]) * (BORDER + 1) + surface.kind
+    border = surface.kind == BORDER
+    key[border] = (BORDER + 1) * len(labels) ** 2 + np.arange(int(border.sum()))
     start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]][: len(key)])
     _, first, patch = np.unique(key[start], return_index=True, return_inverse=True)
     of_facet = np.repeat(patch.reshape(-1), np.diff(start, append=len(key))).astype(np.int64)

@@ -3,13 +3,16 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.fallback import Completion, completed
-from craftmesh.tetrahedra.grain_surface import Mended, mended
+from craftmesh.tetrahedra.grain_meshing import optimised
+from craftmesh.tetrahedra.grain_surface import Mended, grain_surfaces, mended
 from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import poor_by_grain, record_of, with_counts
@@ -88,6 +91,25 @@ def fill_grains(
         tets, report, failures, warning = list(error.done), error.report, error.failures, str(error)
     record = record_of(options.mesher, report, [failure.grain for failure in failures], found.report)
     return Volume(found.surface, tets, record, failures=failures).warned(found.warning, warning), report
+
+
+def optimised_volume(
+    surface: Surface,
+    grain_tets: Sequence[GrainTets],
+    sizing: Lengths,
+    options: TetrahedralizeOptions,
+) -> Volume:
+    """Return the tetrahedra of all grains of a surface, optimised as `mesh_volume` does after the filling.
+
+    grain_tets: tetrahedra that fill the grains, by ascending id.
+    """
+    better = []
+    for given, bounds in zip(grain_tets, grain_surfaces(surface), strict=True):
+        nodes = np.concatenate([surface.points[given.nodes], given.interior])
+        nodes, tets, _ = optimised(bounds, nodes, given.tets, sizing)
+        better.append(GrainTets(given.grain, given.nodes, nodes[len(given.nodes) :], tets))
+    filled = Volume(surface, better, record_of(options.mesher, {}, [], None))
+    return complete_volume(filled, lambda: sizing, options)
 
 
 def complete_volume(

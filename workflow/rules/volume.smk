@@ -58,3 +58,45 @@ rule assemble:
         "CRAFTMESH_COSTS={params.costs:q}"
         " craftmesh assemble {input.surface:q} {input.chunks:q} {params.crack} --sizing {input.sizing:q}"
         " {params.options} -o {output.volume:q} --front-csv {output.front:q} --report {output.meshing:q} > {log:q} 2>&1"
+
+
+# in the place of assemble, and of the stages before it, where the mesh before is reused
+ruleorder: renew > assemble
+
+
+rule renew:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.mesh_before(wildcards.case, wildcards.inc)),
+        surface=f"{CASE}/remeshed.vtp",
+        crack=f"{INC}/crack.vtp",
+        sizing=f"{INC}/sizing.npz",
+        islands=f"{CASE}/islands.json",
+    output:
+        volume=f"{INC}/volume.vtu",
+        front=f"{INC}/front.csv",
+        meshing=f"{INC}/meshing.json",
+        map=f"{INC}/map.npz",
+    log:
+        f"{LOG}/{{inc}}/volume.log",
+    wildcard_constraints:
+        case=CAMPAIGN.renewed,
+        inc=r"(?!000)\d{3}",
+    group:
+        "deck_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
+    threads: NODE.workers
+    resources:
+        mem_mb=job_memory("renew", f"{CASE}/000/gradated.vtp"),
+        runtime=job_minutes("renew", f"{CASE}/000/gradated.vtp"),
+    params:
+        costs=f"{BENCHMARK}/{{inc}}/volume.tsv",
+        options=lambda wildcards: CAMPAIGN.renew_flags(wildcards.case),
+        before=lambda wildcards, input: command_flags({"map_before": input.get("map_before")}),
+        code=CAMPAIGN.code("renew"),
+    shell:
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh renew {input.before:q} {input.surface:q} --crack {input.crack:q} --sizing {input.sizing:q}"
+        " --sizing-before {input.sizing_before:q} {params.before} --islands {input.islands:q} {params.options}"
+        " --workers {threads:q} -o {output.volume:q} --front-csv {output.front:q} --report {output.meshing:q}"
+        " --map {output.map:q} > {log:q} 2>&1"

@@ -23,16 +23,17 @@ REFUSALS = {
     INTERSECTION: "intersection",
     WEDGE: "wedge",
 }
-# Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k, two planes an axis; then these two.
+# Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k, two planes an axis; then these three.
 ON_PLANES = 63
 ON_CRACK = 64
 ON_FRONT = 128
+ON_BORDER = 256
 
 
 @lean_kernel
 def is_held(flags, axis):
-    """Return whether a box plane perpendicular to `axis` holds the vertex's coordinate."""
-    return (flags >> (2 * axis)) & 3 != 0
+    """Return whether a border, or a box plane perpendicular to `axis`, holds the vertex's coordinate."""
+    return flags & ON_BORDER != 0 or (flags >> (2 * axis)) & 3 != 0
 
 
 @lean_kernel

@@ -6,6 +6,7 @@ from craftmesh.gradation.kernels.codes import (
     JUNCTION,
     JUNCTION_TRIANGLE,
     LINK,
+    ON_BORDER,
     ON_CRACK,
     ON_FRONT,
     ON_PLANES,
@@ -27,6 +28,8 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
         return NEITHER, JUNCTION
     if rank_a == 2 and rank_b == 2 and not merge_points:
         return NEITHER, JUNCTION
+    if flags_a & flags_b & ON_BORDER:
+        return NEITHER, CONSTRAINT
     a_covers_b = (flags_a & flags_b) == flags_b
     b_covers_a = (flags_a & flags_b) == flags_a
     onto_a = rank_a >= rank_b and a_covers_b

@@ -4,6 +4,7 @@ import numpy as np
 
 from craftmesh.gradation.kernels.codes import (
     ANGLE,
+    CONSTRAINT,
     DONE,
     LINK,
     NO_NEED,
@@ -164,6 +165,9 @@ def split(state, grid, limits, a, b, share):
     parents = list_edge_facets(state, a, b)
     if parents <= 0:
         return LINK if parents < 0 else NO_NEED
+    for i in range(parents):
+        if state.patch_border[state.patch[state.dying[i]]]:
+            return CONSTRAINT
     rank, flags = _edge_class(state, a, b, parents)
     moved = _split_place(state, a, b, flags, state.points[m])
     _set_halves(state, a, b, m, parents)

@@ -1,0 +1,75 @@
+"""Cut tetrahedra out of a model as a body of their own, whose border inside the grains is held."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.mesh.tet_connectivity import facet_groups, half_face_corners
+from craftmesh.renewal.whole import Whole
+from craftmesh.surface.connectivity import compact
+from craftmesh.types import BORDER, CRACK, INTERFACE, GrainTets, Surface
+
+
+@dataclass(frozen=True)
+class Part:
+    """Tetrahedra of a model as a body of their own.
+
+    surface: the boundary of the body. Faces of tets that stay are of kind BORDER, with label 0 on the
+    other side. nodes (n,): the model's node of each point of the surface. chosen (m,): mask of the model's
+    tets in the body. gone (f,): mask of the model's facets that the body replaces.
+    """
+
+    surface: Surface
+    nodes: np.ndarray
+    chosen: np.ndarray
+    gone: np.ndarray
+
+
+def cut_out(whole: Whole, chosen: np.ndarray, with_crack: bool) -> Part:
+    """Return the chosen tets (m,) of a model as a body.
+
+    with_crack: whether the body keeps the facets of the crack; without, crack facets between grains become
+    grain boundaries, and crack facets inside grains are left out.
+    """
+    surface, rows = whole.surface, np.flatnonzero(chosen)
+    tets, grain = whole.tets[rows], whole.grain[rows]
+    inside = np.zeros(len(whole.points), bool)
+    inside[tets] = True
+    near = np.flatnonzero(inside[surface.facets].all(axis=1))
+    groups, facet, count = facet_groups(tets, surface.facets[near])
+    has = surface.sides <= 0
+    there = np.zeros(len(has), bool)
+    for k in range(2):  # a facet has one or two half faces
+        mine = (facet >= 0) & (count > k)
+        half, row = groups.order[groups.first[:-1][mine] + k], near[facet[mine]]
+        has[row] |= surface.sides[row] == grain[half // 4][:, None]
+        there[row] = True
+    gone = there & has.all(axis=1)
+    sides, kind = np.where(has, surface.sides, 0), np.where(gone, surface.kind, BORDER)
+    if not with_crack:
+        on_crack = gone & (kind == CRACK)
+        kind[on_crack] = INTERFACE
+        there &= ~(on_crack & (sides[:, 0] == sides[:, 1]))
+    cut = groups.lead[(facet < 0) & (count == 1)]
+    border = np.stack([np.zeros(len(cut), np.int32), grain[cut // 4]], axis=1)
+    facets = np.concatenate([surface.facets[there], half_face_corners(tets, cut)])
+    points, facets, nodes = compact(whole.points, facets)
+    kinds = np.concatenate([kind[there], np.full(len(cut), BORDER)])
+    return Part(Surface(points, facets, np.concatenate([sides[there], border]), kinds), nodes, chosen, gone)
+
+
+def tets_of(whole: Whole, part: Part) -> list[GrainTets]:
+    """Return the part's tets grain by grain, on the points of its surface."""
+    number = np.full(len(whole.points), -1)
+    number[part.nodes] = np.arange(len(part.nodes))
+    rows = np.flatnonzero(part.chosen)
+    rows = rows[np.argsort(whole.grain[rows], kind="stable")]
+    result = []
+    for mine in np.split(rows, np.flatnonzero(np.diff(whole.grain[rows])) + 1):
+        _, local, used = compact(whole.points, whole.tets[mine])
+        on = number[used] >= 0
+        place = np.empty(len(used), np.int64)
+        place[np.concatenate([np.flatnonzero(on), np.flatnonzero(~on)])] = np.arange(len(used))
+        nodes, inner = number[used[on]], whole.points[used[~on]]
+        result.append(GrainTets(int(whole.grain[mine[0]]), nodes, inner, place[local]))
+    return result

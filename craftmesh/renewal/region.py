@@ -1,0 +1,104 @@
+"""Which tetrahedra a new crack and new target lengths change."""
+
+import numpy as np
+import scipy
+
+from craftmesh.cracks.promises import PROMISED
+from craftmesh.renewal.whole import Whole
+from craftmesh.sizing.sizing import Sizing, densify
+from craftmesh.surface.connectivity import joined, touching
+from craftmesh.surface.front import front_edges
+from craftmesh.surface.measure import nearest_facet
+from craftmesh.types import CRACK, Crack
+
+# Relative changes of the target length: nodes of more than CHANGED are renewed, and with them the nodes of
+# more than TOUCHED that edges join to them. Elements of .75 to 1.4 target lengths are sound, so a change of
+# 30 % is about what the gradation leaves; pieces thinner than TOUCHED gives could not get coarser.
+CHANGED, TOUCHED = 0.3, 0.15
+# Nodes this near to what is new or gone of the crack, and to both fronts, are renewed, in l_min.
+MARGIN = 4.0
+# Layers of old tetrahedra around the new ones that are optimised together with these.
+RIM = 2
+# Distance from the old crack's facets, in smallest target lengths, from which on the crack is new.
+BEYOND = 0.5
+
+
+def changed_tets(whole: Whole, crack: Crack, sizing: Sizing) -> np.ndarray:
+    """Return a mask (m,) of the tets to renew for a crack.
+
+    Tets near the new part of the crack, near parts of the old crack that are off the new one, and near both
+    fronts are renewed, and tets where the target length has changed.
+    """
+    points, surface = whole.points, whole.surface
+    old = surface.facets[surface.kind == CRACK].astype(np.int64)
+    ends = surface.points[np.unique(front_edges(surface))]
+    fronts = [densify(crack.points[front], sizing.l_min) for front in crack.fronts]
+    samples = samples_of(crack, sizing.l_min)
+    left = np.zeros((0, 3))
+    if len(old):
+        away = nearest_facet(samples, surface.points, old)[1]
+        samples, left = samples[away > BEYOND * sizing.l_min], surface.points[np.unique(old)]
+        off = nearest_facet(left, crack.points, crack.triangles.astype(np.int64))[1]
+        left = left[off > PROMISED.facets * sizing.l_min]
+    tree = scipy.spatial.cKDTree(np.concatenate([ends, *fronts, samples, left]))
+    length = sizing.at(points)
+    change = np.abs(length / whole.lengths - 1)
+    near = np.isfinite(tree.query(points, distance_upper_bound=MARGIN * sizing.l_min)[0])
+    return _closed(whole, touching(whole.tets, _with_joined(whole, near | (change > CHANGED), change)))
+
+
+def samples_of(crack: Crack, spacing: float) -> np.ndarray:
+    """Return points (k, 3) on the crack's triangles, so that none of these is far from all of them.
+
+    spacing: the largest distance between samples on an edge.
+    """
+    corners = crack.points[crack.triangles]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
+    parts = np.maximum(np.ceil(longest / spacing), 1).astype(np.int64)
+    found = [np.zeros((0, 3))]
+    for n in np.unique(parts).tolist():
+        i, j = np.nonzero(np.add.outer(np.arange(n + 1), np.arange(n + 1)) <= n)
+        share = np.stack([i, j, n - i - j], axis=1) / n
+        found.append(np.einsum("sk,tkd->tsd", share, corners[parts == n]).reshape(-1, 3))
+    return np.concatenate(found)
+
+
+def widened(whole: Whole, chosen: np.ndarray, layers: int = RIM) -> np.ndarray:
+    """Return the mask (m,) of the chosen tets and of `layers` of tets around them."""
+    for _ in range(layers):
+        chosen = touching(whole.tets, _nodes(whole, chosen))
+    return _closed(whole, chosen)
+
+
+def _with_joined(whole: Whole, changed: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Return the changed nodes (n,) with the nodes of a change over TOUCHED that edges join to them."""
+    may = changed | (change > TOUCHED)
+    inside = may[whole.tets]
+    ends = [np.zeros((2, 0), np.int64)]
+    for a, b in zip(*np.triu_indices(4, 1)):
+        ends.append(whole.tets[inside[:, a] & inside[:, b]][:, [a, b]].T)
+    piece = joined(len(may), *np.concatenate(ends, axis=1))
+    has = np.zeros(int(piece.max()) + 1, bool)
+    has[piece[changed]] = True
+    return may & has[piece]
+
+
+def _closed(whole: Whole, chosen: np.ndarray) -> np.ndarray:
+    """Return the chosen tets (m,) with all tets that have facets of the crack in common with them."""
+    surface = whole.surface
+    crack = surface.facets[surface.kind == CRACK]
+    while len(crack):
+        on = np.zeros(len(whole.points), bool)
+        on[crack[_nodes(whole, chosen)[crack].all(axis=1)]] = True
+        more = chosen | (on[whole.tets].sum(axis=1) >= 3)
+        if np.array_equal(more, chosen):
+            break
+        chosen = more
+    return chosen
+
+
+def _nodes(whole: Whole, chosen: np.ndarray) -> np.ndarray:
+    """Return a mask (n,) of the nodes of the chosen tets."""
+    on = np.zeros(len(whole.points), bool)
+    on[whole.tets[chosen]] = True
+    return on

@@ -1,0 +1,176 @@
+"""The mesh of the next increment: the mesh before with a renewed part, or else a mesh made anew.
+
+This is the one module of the package that calls other stages.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from craftmesh.arguments import typed
+from craftmesh.assembly.assemble import assemble
+from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.gradate import GradateOptions, gradate
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.insertion.options import InsertOptions
+from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.progress import silent
+from craftmesh.renewal.cut_out import cut_out, tets_of
+from craftmesh.renewal.numbering import NumberMap, renumbered
+from craftmesh.renewal.options import RenewOptions
+from craftmesh.renewal.put_back import put_back
+from craftmesh.renewal.region import changed_tets, widened
+from craftmesh.renewal.whole import Whole, grain_tets_of, whole_of_mesh
+from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.measure import side_volumes
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.volume import fill_grains, mesh_volume, optimised_volume
+from craftmesh.types import CRACK, Crack, Surface, TetMesh
+from craftmesh.voxels.islands import Island
+
+
+@dataclass(frozen=True)
+class StageOptions:
+    """The options of the stages that make a mesh, and of the renewal."""
+
+    renew: RenewOptions = field(default_factory=RenewOptions)
+    insert: InsertOptions = field(default_factory=InsertOptions)
+    gradate: GradateOptions = field(default_factory=GradateOptions)
+    tetrahedralize: TetrahedralizeOptions = field(default_factory=TetrahedralizeOptions)
+
+
+@dataclass(frozen=True)
+class Renewed:
+    """The mesh of an increment.
+
+    lengths (n,): target lengths that the nodes were made for, as `renew_mesh` takes them; numbers: from the
+    mesh before; report: counts, as the report of `assemble`.
+    """
+
+    mesh: TetMesh
+    lengths: np.ndarray
+    numbers: NumberMap
+    report: dict[str, Any]
+    warnings: tuple[str, ...] = ()
+
+
+@typed
+def renew_mesh(
+    before: TetMesh,
+    lengths: np.ndarray,
+    surface: Surface,
+    crack: Crack,
+    sizing: Sizing,
+    options: StageOptions | None = None,
+    islands: Sequence[Island] | None = None,
+    workers: int = 1,
+    progress: Callable[[float, str], None] = silent,
+) -> Renewed:
+    """Return the 4-node mesh of a crack that contains the crack of the mesh `before`.
+
+    Elements that neither the new part of the crack nor a changed target length touches keep nodes, numbers
+    and bits. lengths (n,): target lengths that the nodes of `before` were made for; surface: the surface of
+    the grains without a crack. If too much changes, or if the renewed part breaks a promise, the whole mesh
+    is made anew, and a warning says why. Raises CraftmeshError if that fails, too.
+    """
+    options = options or StageOptions()
+    try:
+        return _with_new_part(before, lengths, surface, crack, sizing, options, workers)
+    except CraftmeshError as error:
+        why = f"the mesh is made anew: {error}"
+    cut, _ = insert_crack(surface, crack, sizing, options.insert, progress)
+    fitted, _ = gradate(cut, sizing, options.gradate, progress, crack=crack)
+    volume, _ = mesh_volume(fitted, sizing, options.tetrahedralize, islands, workers, progress)
+    mesh, report = assemble(volume.surface, volume.grain_tets, crack)
+    gone = NumberMap(np.full(len(before.points), -1), np.full(len(before.tets), -1))
+    told = report | {"meshing": volume.record, "renewed": {"share": 1.0, "elements_kept": 0}}
+    return Renewed(mesh, sizing.at(mesh.points), gone, told, (why, *volume.warnings))
+
+
+def _with_new_part(
+    before: TetMesh,
+    lengths: np.ndarray,
+    surface: Surface,
+    crack: Crack,
+    sizing: Sizing,
+    options: StageOptions,
+    workers: int,
+) -> Renewed:
+    """Return the mesh with a renewed part; raises CraftmeshError if a promise would be broken."""
+    whole = whole_of_mesh(before, lengths)
+    chosen = changed_tets(whole, crack, sizing)
+    share = float(chosen.mean())
+    if options.renew.reuse == "auto" and share > options.renew.most_renewed:
+        raise CraftmeshError(
+            f"{share:.0%} of the elements change, which is over most_renewed {options.renew.most_renewed:g}"
+        )
+    filled = _filled(whole, chosen, surface, crack, sizing, options, workers)
+    wide = widened(filled, filled.origin < 0)
+    body = cut_out(filled, wide, with_crack=True)
+    volume = optimised_volume(body.surface, tets_of(filled, body), sizing, options.tetrahedralize)
+    renewed = put_back(filled, body, volume.surface, volume.grain_tets, sizing)
+    _refuse_broken(renewed, surface, options)
+    grain_tets, rows = grain_tets_of(renewed)
+    mesh, report = assemble(renewed.surface, grain_tets, crack)
+    made_for = np.empty(len(mesh.points))
+    made_for[mesh.tets] = renewed.lengths[renewed.tets[rows]]
+    result, numbers, node = renumbered(before, mesh, renewed.origin[rows])
+    made_for[node] = made_for.copy()
+    kept = int((renewed.origin >= 0).sum())
+    told = report | {"meshing": volume.record, "renewed": {"share": share, "elements_kept": kept}}
+    return Renewed(result, made_for, numbers, told, volume.warnings)
+
+
+def _filled(
+    whole: Whole,
+    chosen: np.ndarray,
+    surface: Surface,
+    crack: Crack,
+    sizing: Sizing,
+    options: StageOptions,
+    workers: int,
+) -> Whole:
+    """Return the model with new tets, not optimised yet, in place of the chosen ones (m,)."""
+    part = cut_out(whole, chosen, with_crack=False)
+    old = whole.surface.facets[whole.surface.kind == CRACK]
+    known = whole.surface.points[np.unique(old)]
+    cut, inserted = insert_crack(part.surface, crack, sizing, options.insert, known=known)
+    if inserted["crack_off_times"] > 1:
+        raise CraftmeshError(
+            f"the renewed crack would be {inserted['crack_off_times']:.2g} times farther off the given "
+            "crack than is promised"
+        )
+    now, wanted = (_volumes(one) for one in (whole.surface, surface))
+    own = _volumes(part.surface)
+    targets = {k: own[k] + wanted[k] - now[k] for k in own if k in wanted and k in now}
+    targets = {k: volume for k, volume in targets.items() if volume > 0}
+    fitted, _ = gradate(cut, sizing, options.gradate, volumes=targets, crack=crack)
+    plain = replace(options.tetrahedralize, optimise=False)
+    filled, _ = fill_grains(fitted, sizing, plain, workers=workers)
+    if filled.failures:
+        raise CraftmeshError(filled.warnings[-1])
+    return put_back(whole, part, filled.surface, filled.grain_tets, sizing)
+
+
+def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> None:
+    """Raise CraftmeshError for poor new tets, and for grains of another volume than in `surface`."""
+    new = renewed.tets[renewed.origin < 0]
+    measures = shape_measures(renewed.points, new)
+    poor = int((is_poor(measures) | is_flat(measures)).sum())
+    if poor:
+        raise CraftmeshError(f"{poor} tetrahedra of the renewed part would be poor")
+    now, wanted = (_volumes(one) for one in (renewed.surface, surface))
+    drift = {k: abs(now.get(k, 0.0) / volume - 1) for k, volume in wanted.items() if volume > 0}
+    grain = max(drift, key=lambda k: drift[k])
+    if drift[grain] > options.gradate.volume_tolerance:
+        raise CraftmeshError(
+            f"the volume of grain {grain} would be {drift[grain]:.1%} off the remeshed surface's; expected "
+            f"at most {options.gradate.volume_tolerance:.1%}"
+        )
+
+
+def _volumes(surface: Surface) -> dict[int, float]:
+    """Return the volumes of grains k and voids -k."""
+    return side_volumes(surface.points, surface.facets, surface.sides)

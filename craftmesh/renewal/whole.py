@@ -1,0 +1,141 @@
+"""The tetrahedra of all grains on common nodes, and the closed surface that bounds the grains."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.mesh_sets import lip_faces
+from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners
+from craftmesh.sizing.sizing import Lengths
+from craftmesh.surface.connectivity import compact, lowest_equal_point
+from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, GrainTets, Surface, TetMesh
+
+
+@dataclass(frozen=True)
+class Whole:
+    """Tetrahedra of all grains on common nodes. The crack is closed.
+
+    surface: the boundaries of the grains and the crack; points (n, 3): the points of the surface come
+    first; lengths (n,): target lengths that the nodes were made for; tets (m, 4) and their grain (m,);
+    origin (m,): row of the element in an older mesh, or -1.
+    """
+
+    surface: Surface
+    points: np.ndarray
+    lengths: np.ndarray
+    tets: np.ndarray
+    grain: np.ndarray
+    origin: np.ndarray
+
+
+def whole_of(surface: Surface, grain_tets: Sequence[GrainTets], sizing: Lengths) -> Whole:
+    """Return the tetrahedra of a surface's grains on common nodes; all of them are new."""
+    blocks, first = [], len(surface.points)
+    for one in grain_tets:
+        ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])
+        blocks.append(ids[one.tets])
+        first += len(one.interior)
+    points = np.concatenate([surface.points, *(one.interior for one in grain_tets)])
+    grain = np.repeat([one.grain for one in grain_tets], [len(one.tets) for one in grain_tets])
+    tets = np.concatenate(blocks)
+    origin = np.full(len(tets), -1)
+    return Whole(surface, points, sizing.at(points), tets, grain.astype(np.int32), origin)
+
+
+def whole_of_mesh(mesh: TetMesh, lengths: np.ndarray) -> Whole:
+    """Return the elements of a 4-node mesh with its crack closed; origin is the element's row.
+
+    lengths (n,): target lengths that the mesh's nodes were made for.
+    Nodes with the same coordinates become one. Facets come from face sets and faces between grains.
+    """
+    tets = lowest_equal_point(mesh.points)[mesh.tets]
+    ahead, behind = (faces @ np.array([4, 1]) for faces in lip_faces(mesh.face_sets))
+    rows, sides, kinds = (
+        [ahead],
+        [_lip_sides(tets, mesh.grain, ahead, behind)],
+        [np.full(len(ahead), CRACK)],
+    )
+    for name, faces in mesh.face_sets.items():
+        if name in BOX_PLANES or name == "EXTERIOR" or name.startswith("VOID_"):
+            free, label = faces @ np.array([4, 1]), -int(name[5:]) if name.startswith("VOID_") else 0
+            rows.append(free)
+            sides.append(np.stack([np.full(len(free), label), mesh.grain[free // 4]], axis=1))
+            kind = BOX_PLANES.index(name) + 1 if name in BOX_PLANES else INTERFACE
+            kinds.append(np.full(len(free), kind))
+    between = _between_grains(tets, mesh.grain, np.concatenate([ahead, behind]))
+    rows.append(between[:, 1])
+    sides.append(mesh.grain[between // 4])
+    kinds.append(np.full(len(between), INTERFACE))
+    return with_surface_first(
+        mesh.points,
+        lengths,
+        tets,
+        mesh.grain,
+        np.arange(len(tets)),
+        (half_face_corners(tets, np.concatenate(rows)), np.concatenate(sides), np.concatenate(kinds)),
+    )
+
+
+def with_surface_first(
+    points: np.ndarray,
+    lengths: np.ndarray,
+    tets: np.ndarray,
+    grain: np.ndarray,
+    origin: np.ndarray,
+    parts: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> Whole:
+    """Return the tets with the points of the surface first and without unused points.
+
+    parts: the facets (f, 3), sides (f, 2) and kind (f,) of the surface.
+    """
+    facets, sides, kind = parts
+    used, on = np.zeros((2, len(points)), bool)
+    used[tets], on[facets] = True, True
+    order = np.concatenate([np.flatnonzero(on), np.flatnonzero(used & ~on)])
+    number = np.full(len(points), -1)
+    number[order] = np.arange(len(order))
+    surface = Surface(points[order[: on.sum()]], number[facets], sides, kind)
+    return Whole(surface, points[order], lengths[order], number[tets], grain, origin)
+
+
+def grain_tets_of(whole: Whole) -> tuple[list[GrainTets], np.ndarray]:
+    """Return the tets grain by grain, by ascending id, and the rows (m,) of `whole` in that order."""
+    order = np.argsort(whole.grain, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(whole.grain[order])) + 1)
+    count, result = len(whole.surface.points), []
+    for rows in parts:
+        _, local, used = compact(whole.points, whole.tets[rows])
+        on = int((used < count).sum())
+        result.append(GrainTets(int(whole.grain[rows[0]]), used[:on], whole.points[used[on:]], local))
+    return result, order
+
+
+def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    """Return the grains (k, 2) behind and ahead of crack facets; ahead, behind (k,): half faces of lips."""
+    groups = group_triples(half_face_corners(tets, np.concatenate([ahead, behind])))
+    if not (groups.count == 2).all():
+        raise CraftmeshError("the crack's lips have faces without a partner; mesh this increment anew")
+    first, second = groups.pairs.T
+    across = np.empty(len(ahead), np.int64)
+    across[first] = behind[second - len(ahead)]
+    return np.stack([grain[across // 4], grain[ahead // 4]], axis=1)
+
+
+def _between_grains(tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> np.ndarray:
+    """Return the pairs (p, 2) of half faces that elements of two grains share, without those in `lips`.
+
+    Only faces whose nodes all have elements of two grains are compared.
+    """
+    least, most = np.full(tets.max() + 1, np.iinfo(np.int32).max), np.full(tets.max() + 1, -1)
+    np.minimum.at(least, tets, grain[:, None])
+    np.maximum.at(most, tets, grain[:, None])
+    on = (least < most)[tets]
+    rows = np.flatnonzero(on.sum(axis=1) >= 3)
+    halves = (4 * rows[:, None] + np.arange(4)).ravel()
+    corners = half_face_corners(tets, halves)
+    halves = halves[(least < most)[corners].all(axis=1)]
+    halves = halves[~np.isin(halves, lips)]
+    pairs = halves[group_triples(half_face_corners(tets, halves)).pairs]
+    return pairs[grain[pairs[:, 0] // 4] != grain[pairs[:, 1] // 4]]

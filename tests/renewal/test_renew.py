@@ -1,0 +1,120 @@
+"""The mesh of a grown crack: what the crack leaves unchanged is kept to the bit, and the rest is sound."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from models import voronoi
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.prepare import prepare_crack
+from craftmesh.cracks.series import prescribed_crack
+from craftmesh.gradation.gradate import GradateOptions, gradate
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.mesh.check import check
+from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.renewal.options import RenewOptions
+from craftmesh.renewal.renew import StageOptions, renew_mesh
+from craftmesh.sizing.sizing import SizingOptions
+from craftmesh.sizing.sources import Defects, sizing_around
+from craftmesh.surface.measure import area_vectors
+from craftmesh.tetrahedra.volume import mesh_volume
+
+PLAIN = remesh(voronoi(3, 6, (26, 20, 26)))[0]
+ALWAYS = StageOptions(renew=RenewOptions(reuse="always"))
+
+
+def penny(radius, centre=(13.0, 0.0, 13.2)):
+    options = CrackOptions(shape="penny", centre=centre, normal=(0.1, 0.0, 1.0), radius=radius)
+    crack = prepare_crack([prescribed_crack(PLAIN.box, options)], PLAIN.box, l_min=0.8)
+    sizes = SizingOptions(l_min=0.8, l0=1.2, l_max=2.5, r0=1.5, r1=5)
+    return crack, sizing_around(PLAIN, Defects(crack), sizes)
+
+
+def area_of(mesh):
+    triangles = mesh.outward_triangles("CRACK_LIP_A")
+    return np.linalg.norm(area_vectors(mesh.points, triangles), axis=1).sum()
+
+
+def is_renewed(found):
+    return not any("made anew" in warning for warning in found.warnings)
+
+
+@pytest.fixture(scope="module")
+def first():
+    crack, sizing = penny(5.0)
+    cut, _ = insert_crack(PLAIN, crack, sizing)
+    fitted, _ = gradate(cut, sizing, crack=crack)
+    volume, _ = mesh_volume(fitted, sizing)
+    mesh, _ = assemble(volume.surface, volume.grain_tets, crack)
+    return mesh, sizing.at(mesh.points)
+
+
+@pytest.fixture(scope="module")
+def renewed(first):
+    crack, sizing = penny(5.6)
+    return renew_mesh(*first, PLAIN, crack, sizing, ALWAYS)
+
+
+def test_what_stays_keeps_numbers_corners_and_bits(first, renewed):
+    mesh, _ = first
+    stays = np.flatnonzero(renewed.numbers.elements >= 0)
+    assert len(stays) == renewed.report["renewed"]["elements_kept"] > 0.2 * len(mesh.tets)
+    assert np.array_equal(renewed.numbers.elements[stays], stays)
+    assert np.array_equal(renewed.mesh.tets[stays], mesh.tets[stays])
+    nodes = np.flatnonzero(renewed.numbers.nodes >= 0)
+    assert np.array_equal(renewed.mesh.points[nodes], mesh.points[nodes])
+    assert np.array_equal(renewed.mesh.grain[stays], mesh.grain[stays])
+
+
+def test_the_mesh_is_sound_and_holds_the_whole_crack(first, renewed):
+    assert is_renewed(renewed)
+    assert check(renewed.mesh) == []
+    measures = shape_measures(renewed.mesh.points, renewed.mesh.tets)
+    assert not (is_poor(measures) | is_flat(measures)).any()
+    # half an ellipse of the tilted plane in the box; the promise is .5 % of the area
+    assert area_of(renewed.mesh) == pytest.approx(np.pi * 5.6**2 / 2, rel=0.01)
+    assert set(renewed.mesh.face_sets) == set(first[0].face_sets)
+    assert len(renewed.lengths) == len(renewed.mesh.points)
+
+
+def test_a_third_increment_goes_on_from_the_second(renewed):
+    crack, sizing = penny(6.2)
+    found = renew_mesh(renewed.mesh, renewed.lengths, PLAIN, crack, sizing, ALWAYS)
+    assert is_renewed(found)
+    assert check(found.mesh) == []
+    assert area_of(found.mesh) == pytest.approx(np.pi * 6.2**2 / 2, rel=0.01)
+
+
+def test_a_crack_elsewhere_replaces_the_old_one(first):
+    crack, sizing = penny(5.0, (13.0, 0.0, 14.2))
+    found = renew_mesh(*first, PLAIN, crack, sizing, ALWAYS)
+    assert is_renewed(found)
+    assert check(found.mesh) == []
+    assert area_of(found.mesh) == pytest.approx(np.pi * 5.0**2 / 2, rel=0.01)
+    assert set(found.mesh.face_sets) == set(first[0].face_sets)
+
+
+def test_the_same_input_gives_the_same_bytes_for_any_number_of_workers(first, renewed):
+    crack, sizing = penny(5.6)
+    again = renew_mesh(*first, PLAIN, crack, sizing, ALWAYS, workers=2)
+    assert again.mesh.points.tobytes() == renewed.mesh.points.tobytes()
+    assert again.mesh.tets.tobytes() == renewed.mesh.tets.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (replace(ALWAYS, gradate=GradateOptions(volume_tolerance=1e-9)), "the volume of grain"),
+        (StageOptions(renew=RenewOptions(reuse="auto", most_renewed=0.01)), "most_renewed 0.01"),
+    ],
+)
+def test_what_cannot_be_renewed_is_made_anew_and_says_why(first, options, why):
+    crack, sizing = penny(5.6)
+    found = renew_mesh(*first, PLAIN, crack, sizing, options)
+    assert why in found.warnings[0]
+    assert found.report["renewed"] == {"share": 1.0, "elements_kept": 0}
+    assert (found.numbers.elements == -1).all()
+    assert check(found.mesh) == []
