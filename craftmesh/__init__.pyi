@@ -44,6 +44,9 @@ from craftmesh.mesh.check import check as check
 from craftmesh.mesh.front_frames import front_frames as front_frames
 from craftmesh.remeshing.remesh import RemeshOptions as RemeshOptions
 from craftmesh.remeshing.remesh import remesh as remesh
+from craftmesh.renewal.options import RenewOptions as RenewOptions
+from craftmesh.renewal.renew import StageOptions as StageOptions
+from craftmesh.renewal.renew import renew_mesh as renew_mesh
 from craftmesh.sizing.sizing import Sizing as Sizing
 from craftmesh.sizing.sizing import SizingOptions as SizingOptions
 from craftmesh.sizing.sizing import sizing_for as sizing_for

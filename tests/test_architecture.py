@@ -28,7 +28,7 @@ GROUND = {
 THINGS = {"voxels", "cracks", "surface", "mesh"}
 WISHES = {"sizing", "mechanics"}
 STAGES = {"remeshing", "stitching", "insertion", "gradation", "tetrahedra", "assembly", "deck"}
-STAGES |= {"solve", "fracture", "growth"}
+STAGES |= {"solve", "fracture", "growth", "renewal"}
 RIM = {"io", "processes", "campaign", "report", "commands"}
 SHARED_KERNELS = {"surface", "mesh"}
 # What a room may import beside itself and the ground.
@@ -48,6 +48,8 @@ MODULES_MAY_IMPORT = {
     "craftmesh.voxels.remapping": {"io"},
     "craftmesh.voxels.file_orientations": {"io"},
     "craftmesh.cli": {"commands", "processes"},
+    # one stage made of stages: the mesh before, with a part that goes through them
+    "craftmesh.renewal.renew": {"insertion", "gradation", "tetrahedra", "assembly"},
 }
 
 

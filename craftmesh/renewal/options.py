@@ -1,6 +1,7 @@
 """Options of the renewal."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from craftmesh.options import Options, option
 
@@ -9,11 +10,10 @@ from craftmesh.options import Options, option
 class RenewOptions(Options):
     """When an increment's mesh is the mesh before with a renewed part."""
 
-    reuse: str = option(
+    reuse: Literal["never", "auto", "always"] = option(
         "never",
         "whether an increment keeps the elements of the one before that its crack does not change: never, "
         "where less than most_renewed changes (auto), or always",
-        choices=("never", "auto", "always"),
     )
     most_renewed: float = option(
         0.5, "largest share of the elements that auto renews; above it the mesh is made anew", above=0
