@@ -52,13 +52,16 @@ class ReferenceType(types.Type):
 register_model(ReferenceType)(models.OpaqueModel)
 
 
+_KINDS: dict[tuple, ReferenceType] = {}
+
+
 class Reference:
     """The reference that `by_reference` returns; it keeps its arrays alive."""
 
     def __init__(self, parts: tuple[NamedTuple, ...]):
         self.parts = parts
         fields = [field for part in parts for field in part._asdict().items()]
-        self.kind = ReferenceType(tuple((name, typeof(array)) for name, array in fields))
+        self.kind = _kind_of(fields)
         self.words = np.array([word for _, array in fields for word in _words(array)], np.int64)
         self.address = self.words.ctypes.data
 
@@ -70,8 +73,24 @@ class Reference:
         raise AttributeError(name)
 
 
+def _kind_of(fields: list[tuple[str, np.ndarray]]) -> ReferenceType:
+    """Return the type of a reference, made once for arrays of the same types."""
+    key = tuple((name, array.dtype, array.ndim, array.flags.num) for name, array in fields)
+    if key not in _KINDS:
+        _KINDS[key] = ReferenceType(tuple((name, typeof(array)) for name, array in fields))
+    return _KINDS[key]
+
+
 def _words(array: np.ndarray) -> tuple[int, ...]:
-    return (0, 0, array.size, array.itemsize, array.ctypes.data, *array.shape, *array.strides)
+    return (
+        0,
+        0,
+        array.size,
+        array.itemsize,
+        array.__array_interface__["data"][0],
+        *array.shape,
+        *array.strides,
+    )
 
 
 @typeof_impl.register(Reference)

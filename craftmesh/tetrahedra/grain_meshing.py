@@ -124,7 +124,6 @@ def optimised(
     """Return improved nodes (n, 3) and tets (t, 4), checked like the mesher's, and counts of operations."""
     internal = surface.facets[surface.internal]
     nodes, tets, steps = optimise_tets(nodes, tets, len(surface.points), internal, sizing.at(nodes))
-    find_regions(surface, tets)
     check_filled(surface, nodes, tets)
     return nodes, tets, steps
 

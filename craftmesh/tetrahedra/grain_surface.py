@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class GrainSurface:
     internal: np.ndarray
     facet_ids: np.ndarray
 
-    @property
+    @cached_property
     def volume(self) -> float:
         """Volume that the boundary facets enclose, by the divergence theorem."""
         facets = self.facets[~self.internal]

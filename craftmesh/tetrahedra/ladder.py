@@ -89,7 +89,7 @@ class Ladder:
         self.ask_tetgen, self.progress = ask_tetgen, progress
         self.done: dict[int, tuple[GrainTets, dict]] = {}
         self.failures: list[GrainFailure] = []
-        self.spent = 0
+        self.spent, self.total = 0, sum(len(one.facets) for one in surfaces)
 
     def tasks(self, islands: Iterable[Any]) -> list[tuple[float, MeshingTask]]:
         """Return each grain's cost and its first task; islands have a `host` grain and `seeds`."""
@@ -125,8 +125,8 @@ class Ladder:
 
     def _tell(self, task: MeshingTask) -> None:
         self.spent += len(task.surface.facets)
-        settled, total = len(self.done) + len(self.failures), sum(len(one.facets) for one in self.surfaces)
-        self.progress(self.spent / total, f"{settled} of {len(self.surfaces)} grains")
+        settled = len(self.done) + len(self.failures)
+        self.progress(self.spent / self.total, f"{settled} of {len(self.surfaces)} grains")
 
     def grain_tets(self) -> list[GrainTets]:
         """Return the tets of the grains that are done, by ascending id."""

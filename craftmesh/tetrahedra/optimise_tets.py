@@ -64,7 +64,7 @@ class Step:
 CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
 FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
-ROUNDS = 3
+ROUNDS = 2
 # Last, the worst tets by FORM are improved to angles of 15..149 degrees, which spreads bad shapes at the
 # surface over several tets; LIGHTEN leaves few of these.
 LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
@@ -95,9 +95,11 @@ def optimise_tets(
     return *mesh_of(state, frozen), {k: int(v) for k, v in zip(KINDS, work.done)}
 
 
-def do_steps(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
-    """Do steps in order; all qualities are computed at each change of measure and then kept up to date."""
-    measure = None
+def do_steps(state: TetState, steps: Sequence[Step], work: Scratch, measure: int | None = None) -> None:
+    """Do steps in order; all qualities are computed at each change of measure and then kept up to date.
+
+    measure: the measure of the qualities that the state has.
+    """
     for step in steps:
         if step.measure != measure:
             measure = step.measure
@@ -112,7 +114,8 @@ def _do(state: TetState, step: Step, work: Scratch) -> None:
     elif step.kind == "swap":
         _swap(state, step, work)
     elif step.kind == "aspect":
-        aspect_pass(state, step.aim(), work)
+        room = np.empty(state.counts[POINTS] + 1, np.int32), np.empty(4 * state.counts[TETS], np.int32)
+        aspect_pass(state, step.aim(), room, work)
     else:
         _improve(state, step, work)
 

@@ -9,15 +9,13 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.wedges import wedges
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
-from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, all_qualities
+from craftmesh.tetrahedra.kernels.tet_quality import POOR
 from craftmesh.tetrahedra.whole_mesh import Model
 
 
 def poor_by_grain(model: Model) -> dict[str, list[dict]]:
     """Return the rows of `poor_tets` by grain id (as text), for grains with poor tets."""
-    quality = np.empty(len(model.tets))
-    all_qualities(model.points, model.tets, len(quality), quality, FORM)
-    grains = np.unique(model.grain[quality < POOR])
+    grains = np.unique(model.grain[model.quality < POOR])
     tets_of = {one.grain: one for one in model.grain_tets}
     result = {}
     for own in grain_surfaces(model.surface, grains) if len(grains) else ():

@@ -22,7 +22,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
 from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, SOUNDER, Step, do_steps
 from craftmesh.tetrahedra.surface_freedom import along_surface, off_surface
-from craftmesh.tetrahedra.tet_state import CAPACITY, NO_FACETS, Bounds, new_state
+from craftmesh.tetrahedra.tet_state import Bounds, new_state, unlinked_state
 from craftmesh.tetrahedra.whole_mesh import Model, regrouped
 from craftmesh.types import Surface
 
@@ -51,20 +51,16 @@ def slid(model: Model) -> tuple[Model, dict]:
     Surface points move within `along_surface`, and interior points joined to them move too. Points of
     faulty tets stay. No tet falls below FREE_FROM, or below the worst tet at its point if that is lower.
     """
-    bounds, points, tets = along_surface(model.surface), model.points, model.tets
+    bounds, tets = along_surface(model.surface), model.tets
     on_surface = len(bounds.reach)
-    may = np.zeros(len(points), bool)
-    may[tets[tets.min(axis=1) < on_surface]] = True
+    may = _nodes(tets, len(model.points), tets.min(axis=1) < on_surface)
     may[:on_surface] = bounds.ways.any(axis=(1, 2))
-    state, used = _state_near(model, np.flatnonzero(touching(tets, may)), bounds, capacity=1.0)
-    count = int(state.counts[TETS])
-    all_qualities(state.points, state.tets, count, state.quality, WHOLE)
-    may[used[state.tets[:count][state.quality[:count] < SOUND_FROM]]] = False
-    state.frozen[: len(used)] |= ~may[used]
-    do_steps(state, SLIDING, new_scratch())
-    moved = points.copy()
-    moved[used] = state.points[: len(used)]
-    found = model.moved(moved)
+    may[tets[model.quality < SOUND_FROM]] = False
+    size = np.empty(len(may))
+    mean_edges(model.points, tets, size, np.empty(len(may), np.int64))
+    state = unlinked_state(model.points.copy(), tets, size, ~may, model.quality.copy(), bounds)
+    do_steps(state, SLIDING, new_scratch(), WHOLE)
+    found = model.moved(state.points, state.quality)
     moves = np.linalg.norm(found.surface.points - model.surface.points, axis=1)
     return found, {
         "surface_points_moved": int((moves > 0).sum()),
@@ -83,8 +79,7 @@ def _state_near(
     model: Model,
     rows: np.ndarray,
     bounds: Bounds,
-    facets: np.ndarray = NO_FACETS,
-    capacity: float = CAPACITY,
+    facets: np.ndarray,
 ) -> tuple[TetState, np.ndarray]:
     """Return the state of the model's tets `rows` (k,), and the model's node ids (n,) of its points.
 
@@ -98,7 +93,7 @@ def _state_near(
     size = np.empty(len(used))
     mean_edges(near, local, size, np.empty(len(used), np.int64))
     bounds = Bounds(*(part[own] for part in bounds))
-    state = new_state(near, local, 0, inner, size, capacity, bounds, model.grain[rows])
+    state = new_state(near, local, 0, inner, size, bounds, model.grain[rows])
     valence = np.bincount(tets.ravel(), minlength=len(points))[used]
     state.frozen[: len(used)] = valence != np.bincount(local.ravel(), minlength=len(used))
     state.frozen[: len(own)] |= ~state.ways[: len(own)].any(axis=(1, 2))
@@ -126,10 +121,11 @@ def given_way(model: Model) -> GivenWay:
     nodes move off the surface by up to 0.4 of their mean edge, within the bounds of `off_surface`.
     """
     points, tets, facets = model.points, model.tets, model.surface.facets
-    quality, form = np.empty(len(tets)), np.empty(len(tets))
-    all_qualities(points, tets, len(tets), quality, WHOLE)
-    all_qualities(points, tets, len(tets), form, FORM)
-    bad = (quality < SOUND_FROM) | (form < WIDE)
+    quality, bad = model.quality, model.quality < SOUND_FROM
+    rows = np.flatnonzero(~bad & (quality < FREE_FROM))
+    form = np.empty(len(rows))
+    all_qualities(points, tets[rows], len(rows), form, FORM)
+    bad[rows] = form < WIDE
     if not bad.any():
         return GivenWay(model)
     rows = np.flatnonzero(_layers(tets, len(points), bad, LAYERS))
@@ -158,7 +154,12 @@ def given_way(model: Model) -> GivenWay:
     moved = points.copy()
     moved[used] = state.points[: len(used)]
     found = regrouped(
-        model.moved(moved), rows, np.concatenate([moved, made]), ids[state.tets[live]], state.label[live]
+        model.moved(moved, quality),
+        rows,
+        np.concatenate([moved, made]),
+        ids[state.tets[live]],
+        state.label[live],
+        state.quality[live],
     )
     report = _report(model, found, before, shape_measures(state.points, state.tets[live]))
     return GivenWay(found, report, _warning(report))

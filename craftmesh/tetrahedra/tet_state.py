@@ -33,16 +33,14 @@ def new_state(
     frozen: int = 0,
     blocked: np.ndarray = NO_FACETS,
     size: np.ndarray | float = 1.0,
-    capacity: float = CAPACITY,
     bounds: Bounds = NO_POINTS,
     label: np.ndarray | int = 0,
 ) -> TetState:
     """Return a reference to the state of a mesh, with its adjacency and room for new points and tets.
 
-    Arguments are as for `optimise_tets`; capacity: array length relative to the mesh, 1 if tets only change
-    their shape; bounds: of the first points; label (m,): the grain of each tet.
+    Arguments are as for `optimise_tets`; bounds: of the first points; label (m,): the grain of each tet.
     """
-    room_points, room_tets = int(capacity * len(points)) + SPARE, int(capacity * len(tets)) + SPARE
+    room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
     arrays = TetState(
         points=np.zeros((room_points, 3)),
         tets=np.full((room_tets, 4), -1, np.int64),
@@ -55,9 +53,7 @@ def new_state(
         free=np.zeros(room_tets, np.int64),
         mark=np.zeros(room_tets, np.int64),
         label=np.zeros(room_tets, np.int64),
-        home=np.concatenate([bounds.home, np.zeros((1, 3))]),
-        ways=np.concatenate([bounds.ways, np.eye(3)[None]]),
-        reach=np.append(bounds.reach, np.inf),
+        **_rows_of(bounds),
     )
     state: TetState = by_reference(arrays)
     state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
@@ -67,6 +63,49 @@ def new_state(
     triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
     block_facets(state.tets, len(tets), state.neighbours, triples)
     return state
+
+
+def unlinked_state(
+    points: np.ndarray,
+    tets: np.ndarray,
+    size: np.ndarray,
+    frozen: np.ndarray,
+    quality: np.ndarray,
+    bounds: Bounds,
+) -> TetState:
+    """Return the mesh without its adjacency, behind a reference, for passes that only move points.
+
+    points (n, 3) and quality (m,), by the measure of the passes, will be changed; frozen (n,): bool.
+    """
+    none = np.zeros(0, np.int64)
+    counts = np.array([len(points), len(tets), 0, 0], np.int64)
+    links = np.zeros((0, 4), np.int64)
+    state: TetState = by_reference(
+        TetState(
+            points=points,
+            tets=tets,
+            neighbours=links,
+            tet_of=none,
+            quality=quality,
+            size=size,
+            frozen=frozen,
+            counts=counts,
+            free=none,
+            mark=none,
+            label=none,
+            **_rows_of(bounds),
+        )
+    )
+    return state
+
+
+def _rows_of(bounds: Bounds) -> dict[str, np.ndarray]:
+    """Return the bounds as a state has them: the last row is that of all other points."""
+    return {
+        "home": np.concatenate([bounds.home, np.zeros((1, 3))]),
+        "ways": np.concatenate([bounds.ways, np.eye(3)[None]]),
+        "reach": np.append(bounds.reach, np.inf),
+    }
 
 
 def mesh_of(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:

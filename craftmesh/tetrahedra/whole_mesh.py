@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from craftmesh.surface.connectivity import lowest_equal_point
+from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.types import GrainTets, Surface
 
 
@@ -38,37 +39,66 @@ class Model:
         count = [len(one.tets) for one in self.grain_tets]
         return np.repeat([one.grain for one in self.grain_tets], count)
 
-    def moved(self, points: np.ndarray) -> "Model":
-        """Return the model with its nodes at `points` (n, 3); coincident surface points stay coincident."""
+    @cached_property
+    def quality(self) -> np.ndarray:
+        """(m,) the quality of each tet by WHOLE."""
+        quality = np.empty(len(self.tets))
+        all_qualities(self.points, self.tets, len(quality), quality, WHOLE)
+        return quality
+
+    def moved(self, points: np.ndarray, quality: np.ndarray) -> "Model":
+        """Return the model with its nodes at `points` (n, 3); coincident surface points stay coincident.
+
+        quality (m,): of the tets there.
+        """
         old = self.surface.points
         on_surface = points[: len(old)][lowest_equal_point(old)]
-        starts = np.cumsum([len(old), *(len(one.interior) for one in self.grain_tets)])
-        inner = [points[a : a + len(one.interior)] for a, one in zip(starts, self.grain_tets)]
-        grains = [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)]
+        start, grains = len(old), []
+        for one in self.grain_tets:
+            interior = points[start : start + len(one.interior)]
+            stays = np.array_equal(interior, one.interior)
+            grains.append(one if stays else replace(one, interior=interior))
+            start += len(interior)
         found = Model(replace(self.surface, points=on_surface), grains)
-        found.__dict__["tets"] = self.tets  # the same nodes
+        found.__dict__.update(tets=self.tets, quality=quality)
         return found
 
 
 def regrouped(
-    model: Model, rows: np.ndarray, points: np.ndarray, tets: np.ndarray, grain: np.ndarray
+    model: Model,
+    rows: np.ndarray,
+    points: np.ndarray,
+    tets: np.ndarray,
+    grain: np.ndarray,
+    quality: np.ndarray,
 ) -> Model:
     """Return the model with the tets (k, 4) of grains (k,) instead of its tets `rows`.
 
-    points (n, 3): the model's points, then new points. Interior points that no tet uses are removed.
+    points (n, 3): the model's points, then new points. Interior points that no tet uses are removed. quality
+    (k,): of the new tets.
     """
-    first, result = len(model.surface.points), list(model.grain_tets)
-    stays = np.ones(len(model.tets), bool)
+    stays, used = np.ones(len(model.tets), bool), np.zeros(len(points), bool)
     stays[rows] = False
-    changed = set(grain.tolist())
-    stop = 0
-    for i, one in enumerate(result):
+    used[model.tets[stays]] = used[tets] = True
+    order = np.argsort(grain, kind="stable")
+    tets, quality, ascending = tets[order], quality[order], grain[order]
+    number, result, qualities = np.empty(len(points), np.int64), [], []
+    stop, inside = 0, len(model.surface.points)
+    for one in model.grain_tets:
         start, stop = stop, stop + len(one.tets)
-        if one.grain in changed:
-            kept = model.tets[start:stop][stays[start:stop]]
-            corners = np.concatenate([kept, tets[grain == one.grain]])
-            inner = np.unique(corners[corners >= first])
-            ids = np.concatenate([one.nodes, inner])
-            local = np.searchsorted(ids, corners)
-            result[i] = GrainTets(one.grain, one.nodes, points[inner], local)
-    return Model(model.surface, result)
+        own = np.arange(inside, inside + len(one.interior))
+        inside += len(own)
+        new = slice(*np.searchsorted(ascending, (one.grain, one.grain + 1)))
+        kept = stays[start:stop]
+        qualities += [model.quality[start:stop][kept], quality[new]]
+        if len(tets[new]):
+            made = np.unique(tets[new][tets[new] >= len(model.points)])
+            inner = np.concatenate([own[used[own]], made])
+            number[one.nodes] = np.arange(len(one.nodes))
+            number[inner] = len(one.nodes) + np.arange(len(inner))
+            corners = np.concatenate([model.tets[start:stop][kept], tets[new]])
+            one = GrainTets(one.grain, one.nodes, points[inner], number[corners])
+        result.append(one)
+    found = Model(model.surface, result)
+    found.__dict__["quality"] = np.concatenate(qualities)
+    return found

@@ -17,6 +17,7 @@ from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
     TABLE_ROWS,
     RatioCone,
     fill_table,
+    filled,
     ratio_sum,
 )
 
@@ -35,9 +36,10 @@ def star(seed):
 
 
 def ratios_of(points, faces, limit=FLAT):
-    table = np.full((TABLE_ROWS, len(faces) + 3), np.nan)
+    room = filled(len(faces)) + 3
+    table = np.full((TABLE_ROWS, room), np.nan)
     fill_table(points, faces, len(faces), table)
-    return RatioCone(table, np.full(len(faces) + 3, np.nan), len(faces), limit)
+    return RatioCone(table, np.full(room, np.nan), len(faces), limit)
 
 
 @settings(max_examples=60, deadline=None)

@@ -31,6 +31,8 @@ Scratch = namedtuple(
 )
 # Most tets in a star or ring; larger ones are skipped, because ring work grows with the cube of the size.
 MAX_STAR = 256
+# Columns of a table: rows a power of two long would share few lines of the processor's cache.
+ROOM = MAX_STAR + 8
 MAX_RING = 8
 # Names of the counted operations.
 KINDS = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
@@ -57,7 +59,7 @@ def new_scratch() -> Scratch:
         np.empty((MAX_RING, MAX_RING), np.int64),
         np.empty((4 * MAX_RING, 2), np.int64),
         np.empty(4, np.int64),
-        np.empty((TABLE_ROWS, MAX_STAR)),
+        np.empty((TABLE_ROWS, ROOM)),
         np.empty(MAX_STAR),
         np.zeros(len(KINDS), np.int64),
     )
@@ -184,6 +186,46 @@ def star_of(state, v, work):
     count = find_star(state, v, work.star)
     star_faces(state.tets, work.star, count, v, work.faces)
     return max(count, 0)
+
+
+@lean_kernel
+def list_stars(tets, n_tets, frozen, first, corners):
+    """List the corners of live tets at each point that is not frozen (n,); changes of topology outdate it.
+
+    Those of point v are corners[first[v]:first[v + 1]], ascending; corner c is that of tet c // 4.
+    first (n + 1,); corners has room for all.
+    """
+    first[:] = 0
+    for t in range(n_tets):
+        for k in range(4):
+            if tets[t, 0] >= 0 and not frozen[tets[t, k]]:
+                first[tets[t, k]] += 1
+    for v in range(1, len(first)):
+        first[v] += first[v - 1]
+    for t in range(n_tets - 1, -1, -1):
+        for k in range(4):
+            v = tets[t, k]
+            if tets[t, 0] >= 0 and not frozen[v]:
+                first[v] -= 1
+                corners[first[v]] = 4 * t + k
+
+
+@lean_kernel
+def listed_star(tets, stars, v, work):
+    """Write the tets round v and the faces opposite it; return how many, 0 when they do not fit.
+
+    stars: first, corners of `list_stars`.
+    """
+    first, corners = stars
+    start, count = first[v], first[v + 1] - first[v]
+    if count > len(work.star):
+        return 0
+    for i in range(count):
+        t, k = corners[start + i] >> 2, corners[start + i] & 3
+        work.star[i] = t
+        for j in range(3):
+            work.faces[i, j] = tets[t, FACES[k, j]]
+    return count
 
 
 @lean_kernel

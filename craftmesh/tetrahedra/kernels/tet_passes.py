@@ -1,7 +1,7 @@
 """Passes of the tetrahedral optimiser over many points or tets; `work.done` counts the operations."""
 
 from craftmesh.jit import lean_kernel
-from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS
+from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS, TETS, list_stars
 from craftmesh.tetrahedra.kernels.tet_objective import FAULTS
 from craftmesh.tetrahedra.kernels.tet_operations import contract, insert_on_edge, remove_edge, remove_face
 from craftmesh.tetrahedra.kernels.tet_smoothing import move_point, smooth_aspect
@@ -19,11 +19,13 @@ def smooth_pass(state, aim, selected, work):
 
 
 @lean_kernel
-def aspect_pass(state, aim, work):
-    """Move each point once to lower the mean aspect ratio."""
+def aspect_pass(state, aim, stars, work):
+    """Move each point once to lower the mean aspect ratio; stars: see `list_stars`, which this fills."""
+    first, corners = stars
+    list_stars(state.tets, state.counts[TETS], state.frozen, first, corners)
     for v in range(state.counts[POINTS]):
-        if not state.frozen[v] and state.tet_of[v] >= 0:
-            work.done[MOVES] += smooth_aspect(state, v, aim, work)
+        if first[v] < first[v + 1]:
+            work.done[MOVES] += smooth_aspect(state, v, stars, aim, work)
 
 
 @lean_kernel

@@ -15,14 +15,25 @@ from craftmesh.tetrahedra.kernels.tet_quality import INVERTED
 # The first `count` columns of a table (TABLE_ROWS, f), a work array for their values, and the volume-length
 # quality, at least FLAT, that a tet must exceed.
 RatioCone = namedtuple("RatioCone", "table values count limit")
+# What a loop computes at once, at least.
+LANES = 8
 # Rows of a table: the corners and the normal of a face a, b, c (three rows each), the squares of its edges,
 # of its normal, and of its longest edge.
 A, B, C, NORMAL, AB2, BC2, CA2, NORMAL2, LONGEST2, TABLE_ROWS = 0, 3, 6, 9, 12, 13, 14, 15, 16, 17
 
 
 @lean_kernel
+def filled(count):
+    """Return the number of columns, count or more, that vectors fill: the rest of a loop costs as much."""
+    return (count + LANES - 1) // LANES * LANES
+
+
+@lean_kernel
 def fill_table(points, faces, count, table):
-    """Fill the table (TABLE_ROWS, f) for the first `count` faces (f, 3), each positive with the apex."""
+    """Fill the table (TABLE_ROWS, f) for the first `count` faces (f, 3), each positive with the apex.
+
+    The columns from there to `filled(count)` are those of the last face.
+    """
     for i in range(count):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
         for k in range(3):
@@ -36,6 +47,9 @@ def fill_table(points, faces, count, table):
         table[AB2, i], table[BC2, i], table[CA2, i] = ab, bc, ca
         table[NORMAL2, i] = nx * nx + ny * ny + nz * nz
         table[LONGEST2, i] = max(ab, bc, ca)
+    for i in range(count, filled(count)):
+        for row in range(TABLE_ROWS):
+            table[row, i] = table[row, count - 1]
 
 
 @vector_kernel
@@ -62,7 +76,7 @@ def _fill_ratios(table, ratios, count, limit, x, y, z):
 @lean_kernel
 def ratio_sum(cone, x, y, z):
     """Return the sum of the cone's aspect ratios from (x, y, z), >= INVERTED with a tet under the limit."""
-    _fill_ratios(cone.table, cone.values, cone.count, cone.limit, x, y, z)
+    _fill_ratios(cone.table, cone.values, filled(cone.count), cone.limit, x, y, z)
     total = 0.0
     for i in range(cone.count):
         total += cone.values[i]

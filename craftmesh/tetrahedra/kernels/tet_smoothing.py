@@ -2,7 +2,7 @@
 
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.rounding import ROUNDING
-from craftmesh.tetrahedra.kernels.tet_cavity import star_of, worst_of
+from craftmesh.tetrahedra.kernels.tet_cavity import listed_star, star_of, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import FIRST_STEP, Cone, walk
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, fault_weight
 from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, POOR, VOLUME_LENGTH, WIDE, quality_of
@@ -83,12 +83,12 @@ def _pattern_search(ratios, place, best, ways, step, home, reach):
 
 
 @lean_kernel
-def smooth_aspect(state, v, aim, work):
+def smooth_aspect(state, v, stars, aim, work):
     """Move point v, within its bounds, if the mean aspect ratio of its tets falls; return whether it moved.
 
-    The worst quality does not fall below the minimum of itself and `aim.floor`.
+    The worst quality does not fall below the minimum of itself and `aim.floor`. stars: see `list_stars`.
     """
-    count = star_of(state, v, work)
+    count = listed_star(state.tets, stars, v, work)
     if count == 0:
         return False
     points, own = state.points, min(v, len(state.reach) - 1)
