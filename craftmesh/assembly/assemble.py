@@ -54,6 +54,7 @@ def assemble(
     points, tets, grain = _merge(surface, sorted(grain_tets, key=lambda g: g.grain))
     groups, facet = _match(surface, tets, grain)
     pairs, free = groups.pairs, groups.lead[groups.count == 1]
+    del groups  # as large as the tets
     is_crack = np.zeros(len(surface.facets) + 1, bool)
     is_crack[:-1] = surface.kind == CRACK
     across_crack = is_crack[facet[pairs[:, 0]]]

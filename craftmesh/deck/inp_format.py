@@ -8,6 +8,7 @@ from craftmesh.deck.limits import ROW_LIMIT
 
 _FIELD = 20  # most characters of a number: CalculiX rejects or cuts longer ones
 _ROWS = 50_000  # rows formatted at once
+LARGE = 1e16  # from here on numbers are written with an exponent
 
 
 def number(value: float) -> str:
@@ -41,11 +42,15 @@ def node_rows(points: np.ndarray) -> Iterator[str]:
     """Yield the lines `id,x,y,z` of nodes numbered from 1."""
     start = 1
     for block in _blocks(points):
-        texts = [t if len(t := repr(v)) <= _FIELD else _shortened(v, t) for v in block.ravel().tolist()]
-        ids = range(start, start + len(block))
-        yield "".join(
-            [f"{i},{x},{y},{z}\n" for i, x, y, z in zip(ids, texts[::3], texts[1::3], texts[2::3])]
-        )
+        fields: list = [None] * (4 * len(block))
+        fields[::4] = range(start, start + len(block))
+        for axis, column in enumerate(block.T, 1):
+            values: list = column.tolist()
+            # all others have at most 17 digits, a point and a sign
+            for row in np.flatnonzero((np.abs(column) < 0.1) | (np.abs(column) >= LARGE)).tolist():
+                values[row] = number(values[row])
+            fields[axis::4] = values
+        yield "%d,%s,%s,%s\n" * len(block) % tuple(fields)
         start += len(block)
 
 

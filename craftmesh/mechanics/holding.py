@@ -7,6 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import bodies
+from craftmesh.surface.connectivity import compact
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import TetMesh
 
@@ -44,7 +45,7 @@ def supported_bodies(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> I
     """Yield the bodies of a mesh; held: nodes (k,) and axis (0, 1, 2) of each support."""
     body = bodies(mesh)
     for one in range(body.max(initial=-1) + 1):
-        nodes = np.unique(mesh.tets[body == one, :4])
+        nodes = compact(mesh.points, mesh.tets[body == one, :4])[2]
         places = mesh.points[nodes]
         size = np.ptp(places, axis=0).max()
         motions = rigid_motions(places / size)

@@ -5,7 +5,6 @@ from math import factorial
 
 import numpy as np
 import scipy
-from scipy.sparse import csr_array, diags_array, eye_array, sparray
 
 DEGREE = 3
 # Weight of the coefficients against the data, which makes solutions unique where data are too few.
@@ -31,27 +30,33 @@ class CubicBasis:
         """The number of B-splines."""
         return len(self.breaks) - 1 + (0 if self.closed else DEGREE)
 
-    def design(self, s: np.ndarray) -> csr_array:
+    def design(self, s: np.ndarray) -> "scipy.sparse.csr_array":
         """Return the values (k, size) of all B-splines at s (k,), beyond an open curve those at its end."""
         s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
-        rows = csr_array(scipy.interpolate.BSpline.design_matrix(s, self._knots(), DEGREE))
-        folded = csr_array((rows.data, rows.indices % self.size, rows.indptr), (len(s), self.size))
+        rows = scipy.sparse.csr_array(scipy.interpolate.BSpline.design_matrix(s, self._knots(), DEGREE))
+        folded = scipy.sparse.csr_array(
+            (rows.data, rows.indices % self.size, rows.indptr), (len(s), self.size)
+        )
         folded.sum_duplicates()
         return folded
 
-    def solve(self, rows: sparray, values: np.ndarray, weights: np.ndarray, stiffness: float) -> np.ndarray:
+    def solve(
+        self, rows: "scipy.sparse.sparray", values: np.ndarray, weights: np.ndarray, stiffness: float
+    ) -> np.ndarray:
         """Return the coefficients (size, c) with which rows (k, size) best fit values (k, c).
 
         weights (k,): of the data; stiffness: relative weight of the coefficients' changes of slope. It
         smooths the result, and alone determines it where there are no data.
         """
-        rows = csr_array(rows)
-        weighted = rows.T @ diags_array(weights)
+        rows = scipy.sparse.csr_array(rows)
+        weighted = rows.T @ scipy.sparse.diags_array(weights)
         normal = weighted @ rows
         diagonal = normal.diagonal()
         scale = np.median(diagonal[diagonal > 0]) if diagonal.any() else 1.0
         bend = self._bends()
-        system = normal + scale * (stiffness * (bend.T @ bend) + SMALLEST * eye_array(self.size))
+        system = normal + scale * (
+            stiffness * (bend.T @ bend) + SMALLEST * scipy.sparse.eye_array(self.size)
+        )
         return scipy.sparse.linalg.splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
 
     def pieces(self, coefficients: np.ndarray) -> "scipy.interpolate.PPoly":
@@ -71,12 +76,12 @@ class CubicBasis:
         after = self.length + np.cumsum(steps[np.arange(DEGREE) % len(steps)])
         return np.concatenate([before, self.breaks, after])
 
-    def _bends(self) -> csr_array:
+    def _bends(self) -> "scipy.sparse.csr_array":
         """Return the operator (b, size) from coefficients to changes of slope there; it is 0 on lines."""
         n, knots = self.size, self._knots()
         rows = n if self.closed else n - 2
         if n < DEGREE:
-            return csr_array((0, n))
+            return scipy.sparse.csr_array((0, n))
         triples = [knots[1 + k : len(knots) - DEGREE + k] for k in range(DEGREE)]
         places = np.mean(triples, axis=0)  # Greville's abscissae
         gap = np.diff(np.append(places, places[1:3] + self.length) if self.closed else places)
@@ -85,7 +90,7 @@ class CubicBasis:
         values = np.stack([behind, -behind - ahead, ahead], axis=1)
         at = np.repeat(np.arange(rows), 3)
         columns = (np.arange(rows)[:, None] + np.arange(3)) % n
-        return csr_array((values.ravel(), (at, columns.ravel())), (rows, n))
+        return scipy.sparse.csr_array((values.ravel(), (at, columns.ravel())), (rows, n))
 
 
 def graded_basis(

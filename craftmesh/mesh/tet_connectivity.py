@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.mesh.kernels.row_groups import group_rows
+from craftmesh.mesh.kernels.row_groups import group_faces, group_rows
 from craftmesh.surface.connectivity import in_order, joined
 from craftmesh.types import TetMesh
 
@@ -62,7 +62,7 @@ def half_face_corners(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def free_half_faces(tets: np.ndarray) -> np.ndarray:
     """Return the half faces (k,), rows 4 * tet + face, that no two tets (m, 4) share, ascending."""
-    groups = group_triples(half_faces(tets))
+    groups = _group_faces(tets, np.zeros((0, 3), np.int64))
     rows: np.ndarray = np.sort(groups.lead[groups.count == 1])
     return rows
 
@@ -79,11 +79,14 @@ def half_face_nodes(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def group_triples(triples: np.ndarray) -> RowGroups:
     """Group triangles (k, 3) that have the same three corners, in any order."""
-    a, b, c = (np.asarray(triples[:, i], np.int64) for i in range(3))
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    stride = int(high.max()) + 1 if len(high) else 0
-    middle = a + b + c - low - high
-    return RowGroups(*group_rows(low, middle * stride + high, stride))
+    return _group_faces(np.zeros((0, 4), np.int64), triples)
+
+
+def _group_faces(tets: np.ndarray, triples: np.ndarray) -> RowGroups:
+    """Group the half faces of tets (m, 4), and triangles (k, 3) in the rows after these, by corners."""
+    tets, triples = (np.require(rows, np.int64, ["C", "W"]) for rows in (tets, triples))
+    count = max(int(tets.max(initial=-1)), int(triples.max(initial=-1))) + 1
+    return RowGroups(*group_faces(tets, FACE_CORNERS, triples, count))
 
 
 def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.ndarray, np.ndarray]:
@@ -91,7 +94,7 @@ def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.nd
 
     Returns the groups, the last facet in each (g,), below 0 for none, and the number of other rows (g,).
     """
-    groups = group_triples(np.concatenate([half_faces(tets[:, :4]), facets]))
+    groups = _group_faces(tets[:, :4], facets)
     facet = groups.order[groups.first[1:] - 1] - 4 * len(tets)
     return groups, facet, groups.count - (facet >= 0)
 

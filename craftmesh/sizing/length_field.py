@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from scipy.sparse import coo_matrix
 
 from craftmesh.arguments import Frozen, as_array
 from craftmesh.errors import CraftmeshError
@@ -82,7 +81,9 @@ class LengthField(Frozen):
         row = np.concatenate([source, np.full(k, k)])
         column = np.concatenate([sample.ravel(), np.arange(k)])
         # A link stored from both ends would be summed in the matrix; `maximum` makes it symmetric instead.
-        graph = coo_matrix((np.concatenate([step, self.lengths]), (row, column)), shape=(k + 1, k + 1))
+        graph = scipy.sparse.coo_matrix(
+            (np.concatenate([step, self.lengths]), (row, column)), shape=(k + 1, k + 1)
+        )
         graph = graph.tocsr()
         lengths = scipy.sparse.csgraph.dijkstra(graph.maximum(graph.T), directed=False, indices=k)[:k]
         return LengthField(self.points, np.minimum(lengths, self.lengths), growth)

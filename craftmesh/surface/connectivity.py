@@ -1,11 +1,10 @@
 """Connectivity of triangle sets; results are computed when needed and never stored in a type."""
 
 import numpy as np
-import scipy
-from scipy.sparse import coo_array
 
 from craftmesh.surface.kernels.boundaries import lowest_equal_rows, unbalanced_edges
 from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.union_find import pieces_of
 
 
 def facet_edges(facets: np.ndarray) -> np.ndarray:
@@ -89,12 +88,14 @@ def joined(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
     Pieces are numbered from 0 in the order of their first items.
     """
-    graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
-    return in_order(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+    ends = (np.require(rows, np.int64, ["C", "W"]) for rows in (one, other))
+    return pieces_of(count, *ends)
 
 
 def in_order(numbers: np.ndarray) -> np.ndarray:
     """Return `numbers` (k,) renumbered from 0 in the order in which they first occur."""
+    if len(numbers) and numbers.min() == numbers.max():  # as in most meshes
+        return np.zeros(len(numbers), np.int64)
     _, first, place = np.unique(numbers, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[place.ravel()]
 
