@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC
+from craftmesh.campaign.effort import RULES as KNOWN
 from craftmesh.campaign.effort import Sizes, effort, expected_elements, sizes_of
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.json_file import read_json
@@ -20,7 +21,7 @@ from craftmesh.report.case_files import (
     RECORD,
     STAGES,
     Failure,
-    job_seconds,
+    job_costs,
     last_line,
     log_errors,
 )
@@ -137,9 +138,10 @@ def _paces(results: Path, cases: Iterable[str]) -> dict[str, float]:
     """
     took: dict[str, list[tuple[float, float]]] = {}
     for case in cases:
-        for increment, stage, part, seconds in job_seconds(results / "benchmarks" / case):
-            expected = part * _expected(stage, _sizes(results / case, increment))
-            took.setdefault(stage, []).append((seconds, expected))
+        for increment, stage, part, row in job_costs(results / "benchmarks" / case):
+            if RULES.get(stage, stage) in KNOWN:
+                expected = part * _expected(stage, _sizes(results / case, increment))
+                took.setdefault(stage, []).append((row["s"], expected))
     kept = {stage: sorted(jobs)[: max(len(jobs) - 1, 1)] for stage, jobs in took.items()}
     sums = {stage: np.sum(jobs, axis=0) for stage, jobs in kept.items()}
     measured, expected = sum(sums.values(), np.full(2, PRIOR))

@@ -70,12 +70,9 @@ def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
     of Snakemake, are left out.
     """
     found: dict[str, list[dict[str, float]]] = {}
-    for path in sorted(folder.rglob("*.tsv")):
-        inner = path.relative_to(folder).parts
-        if len(inner) > 1 and inner[0] not in increments:
-            continue
-        name = inner[1] if len(inner) > 2 else path.name.removesuffix(".tsv")
-        found.setdefault(STAGES[name].verb if name in STAGES else name, []).extend(_rows(path))
+    for increment, stage, _, row in job_costs(folder):
+        if increment in ("", *increments):
+            found.setdefault(stage, []).append(row)
     verbs = [stage.verb for stage in STAGES.values()]
     stages = sorted(found, key=lambda stage: verbs.index(stage) if stage in verbs else len(verbs))
     return [
@@ -88,19 +85,17 @@ def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
             max(row["max_rss"] for row in rows),
         )
         for stage, rows in ((stage, found[stage]) for stage in stages)
-        if rows
     ]
 
 
-def job_seconds(folder: Path) -> Iterator[tuple[str, str, float, float]]:
-    """Yield increment ("" for none), stage, part of the stage's work and wall seconds of each job."""
-    for path in folder.rglob("*.tsv"):
+def job_costs(folder: Path) -> Iterator[tuple[str, str, float, dict[str, float]]]:
+    """Yield increment ("" for none), stage, part of the stage's work and costs of each job."""
+    for path in sorted(folder.rglob("*.tsv")):
         *places, name = path.relative_to(folder).with_suffix("").parts
-        increment = places[0] if places else ""
-        stage = STAGES.get(places[1] if len(places) > 1 else name)
         part = 1 / int(name.rpartition("-of-")[2]) if len(places) > 1 else 1.0
-        if stage is not None:
-            yield from ((increment, stage.verb, part, row["s"]) for row in _rows(path))
+        name = places[1] if len(places) > 1 else name
+        stage = STAGES[name].verb if name in STAGES else name
+        yield from ((places[0] if places else "", stage, part, row) for row in _rows(path))
 
 
 def _rows(path: Path) -> Iterator[dict[str, float]]:

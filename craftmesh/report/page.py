@@ -200,7 +200,7 @@ def _scene(case: Case) -> str | None:
         {"name": name, **{key: one[key] for key in ("lip", "fronts", "box", "lengths")}}
         for name, one in scenes.items()
     ]
-    whole = {key: last[key] for key in ("box", "lengths", "normal", "towards", "skin")}
+    whole = {key: last[key] for key in ("box", "lengths", "towards", "skin", "opened")}
     # `</` would end the HTML script element
     return Markup(json.dumps(whole | {"cracks": cracks}, separators=(",", ":")).replace("</", "<\\/"))
 

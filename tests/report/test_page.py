@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -88,6 +89,9 @@ def test_the_view_has_the_last_body_and_every_crack(results):
     scene = json.loads(found[1])
     assert [crack["name"] for crack in scene["cracks"]] == ["000", "001", "002"]
     assert len(found[1]) < 5_000_000 and scene["skin"]["triangles"]
+    script = (files("craftmesh.report") / "templates" / "view.js").read_text()
+    assert set(re.findall(r"\bscene\.(\w+)", script)) == scene.keys()
+    assert set(re.findall(r"\bcrack\.(\w+)", script)) == scene["cracks"][0].keys()
 
 
 def test_units_are_beside_what_they_measure(results):

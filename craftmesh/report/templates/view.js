@@ -124,7 +124,7 @@
         lip: upload(gl, made, triangles(crack.lip, crack.box, crack.lengths, scene.lengths, colour)),
         front: upload(gl, made, lines(crack.fronts, crack.box)),
       };
-      const size = (value) => value.toPrecision(2);
+      const size = (value) => `${value.toPrecision(2)} ${view.dataset.unit}`;
       view.querySelector("output").textContent = colour === "length"
         ? `dark ${size(scene.lengths[0])}, light ${size(scene.lengths[1])}` : "crack light, front red";
       draw();
