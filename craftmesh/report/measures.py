@@ -9,6 +9,7 @@ import numpy as np
 from craftmesh.growth.trust import Trust, doubted_sentence, trusted
 from craftmesh.mechanics.crystals import described_materials
 from craftmesh.mechanics.materials import parse_materials
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.report.case_files import Case, Failure, Increment
 
 # Tetrahedra per cube of the edge length in a uniform mesh. Measured on the demo's volume with edges of 1.5,
@@ -136,10 +137,12 @@ def materials(case: Case) -> str:
     inp = case.record["config"].get("inp", {})
     if inp.get("user_material"):
         return f"{Path(inp['user_material']).name}, a user material"
-    given = parse_materials(inp["material"]) if inp.get("material") else {}
+    given = tuple(inp.get("material", ()))
+    if given == ModelOptions().material:
+        return f"{given[0]}, the default, which stands in for yours; give it as inp.material"
+    described = described_materials(parse_materials(given), case.crystals) if given else {}
     return "; ".join(
-        f"phase {phase} is {words}" if phase is not None else words
-        for phase, words in described_materials(given, case.crystals).items()
+        f"phase {key} is {words}" if key is not None else words for key, words in described.items()
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 from shown_models import asked, write_front, write_increment
 
 from craftmesh.cli import main
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.report.case_files import Failure, read_cases
 from craftmesh.report.measures import life, materials, verdict, with_error
 from craftmesh.report.page import page
@@ -90,7 +91,8 @@ def test_a_material_is_named_and_told_where_it_only_stands_in(case):
     )
     assert told([COPPER], {0: Crystal("cubic", "Copper")}) == "copper (cubic 168400, 121400, 75400)"
     assert told([NICKEL], {}) == "nickel (cubic 246500, 147300, 124700)"
+    assert "the default, which stands in for yours" in told(list(ModelOptions().material), {})
     both = told(
-        ["1=isotropic:70000,0.33", f"2={COPPER}"], {1: Crystal("cubic", ""), 2: Crystal("cubic", "Copper")}
+        ["1=isotropic:71000,0.33", f"2={COPPER}"], {1: Crystal("cubic", ""), 2: Crystal("cubic", "Copper")}
     )
-    assert both == "phase 1 is isotropic 70000, 0.33; phase 2 is copper (cubic 168400, 121400, 75400)"
+    assert both == "phase 1 is isotropic 71000, 0.33; phase 2 is copper (cubic 168400, 121400, 75400)"
