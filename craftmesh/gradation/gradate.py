@@ -22,7 +22,7 @@ from craftmesh.gradation.passes import (
     relax_all,
     split_long,
     swap_all,
-    swap_changed,
+    swap_poor,
 )
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.report import figures_before, gradation_report
@@ -150,8 +150,10 @@ def _gradated(
     progress: Callable[[float, str], None],
 ) -> Gradation:
     """Return the gradation after its rounds and its cleaning; volumes are not restored yet."""
+    if options.passes:
+        swap_poor(gradation, limits)
     while options.passes and halve_longest(gradation, limits):
-        swap_changed(gradation, limits)
+        swap_poor(gradation, limits)
         gradation.set_sizes(sizing)
     for n in range(options.passes):
         progress(n / (options.passes + 2), f"gradate, round {n + 1} of {options.passes}")

@@ -22,7 +22,7 @@ from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import Guards, Mesh, State, make_room, make_state
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 from craftmesh.surface.measure import span_of
@@ -220,15 +220,8 @@ def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
     if gradation.swapped != limits:
         edges, feature, _ = gradation.edges()
         return edges[~feature]
-    return changed_edges(gradation.mesh)
-
-
-def changed_edges(mesh: Mesh) -> np.ndarray:
-    """Return the edges (e, 2) of the facets that have changed since the last pass of swaps."""
-    ends = facet_edges(mesh.facets[mesh.changed & mesh.alive])
-    stride = len(mesh.points)
-    keys = np.unique(ends.min(axis=1) * stride + ends.max(axis=1))
-    return np.stack([keys // stride, keys % stride], axis=1)
+    mesh = gradation.mesh
+    return unique_edges(mesh.facets[mesh.changed & mesh.alive])[0]
 
 
 def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -236,10 +229,10 @@ def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
     return (rows[:, 0] == others[:, 0]) & (rows[:, 1] == others[:, 1]) & (rows[:, 2] == others[:, 2])
 
 
-def swap_changed(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges of facets that have changed so far, and edges around each swap; return their number."""
-    limits = limits._replace(longest=np.inf)
-    return gradation.repeat("swapped_edges", SWAP, limits, changed_edges(gradation.mesh))
+def swap_poor(gradation: Gradation, limits: Limits) -> int:
+    """Swap edges of facets that score under the floor, and edges around each swap; return their number."""
+    edges, _, _ = unique_edges(gradation.poor_facets(limits.floor))
+    return gradation.repeat("swapped_edges", SWAP, limits._replace(longest=np.inf), edges)
 
 
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:

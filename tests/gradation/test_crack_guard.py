@@ -38,7 +38,7 @@ def given_as(surface: Surface) -> Crack:
 def test_a_collapse_leaves_the_crack_no_farther_than_its_bound(bound, reason):
     """Without its hub the hexagon is flat; its places are up to 0.283 off the given one."""
     _, references = prepared(hollow(0.3), given_as(hollow(0.3)))
-    assert collapse(*references, OPEN._replace(crack_facets=bound), 1, 0, False) == reason
+    assert collapse(*references, OPEN._replace(crack_facets=bound), 1, 0, False, np.inf) == reason
 
 
 def test_flat_and_curved_given_or_not_compile_one_set_of_kernels():

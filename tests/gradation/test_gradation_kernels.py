@@ -30,9 +30,15 @@ from craftmesh.gradation.passes import (
     edges_to_swap,
     filled_grid,
     swap_all,
+    swap_poor,
 )
 from craftmesh.gradation.state import make_state, surface_of
-from craftmesh.surface.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
+from craftmesh.surface.kernels.facet_shape import (
+    angle_score,
+    facet_distance2,
+    score_of_angle,
+    segment_distance2,
+)
 from craftmesh.surface.kernels.triangles import triangles_intersect
 from craftmesh.surface.measure import facet_angles
 from craftmesh.types import CRACK, Surface
@@ -351,3 +357,13 @@ def test_later_swaps_look_at_facets_that_have_changed_alone():
     assert attempt(*references, limits, star, 0.0, 0.0) == DONE
     around = {tuple(edge) for edge in edges_to_swap(gradation, gradation.swapped).tolist()}
     assert around == {(0, 2), (0, 3), (0, 4), (2, 3), (3, 4)}
+
+
+@pytest.mark.parametrize("half, swapped", [(0.2, 1), (0.9, 0)])
+def test_edges_of_poor_facets_are_swapped_and_no_others(half, swapped):
+    """Swaps gain in both rhombi; facets of the flat one have angles of 11 degrees, the others of 42."""
+    points = [[-1, 0, 0], [0, -half, 0], [1, 0, 0], [0, half, 0]]
+    state = prepared(sheet([[0, 1, 2], [0, 2, 3]], points=points))[0]
+    gradation = Gradation(state, filled_grid(state.mesh), {})
+    assert swap_poor(gradation, OPEN._replace(floor=score_of_angle(20.0))) == swapped
+    assert swap_all(gradation, OPEN) == 1 - swapped

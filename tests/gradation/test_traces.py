@@ -48,4 +48,4 @@ def test_a_trace_is_kept_along_the_crack_as_lines_are_and_off_it_as_the_crack_is
     surface, trace = crossed(bulge)
     _, references = prepared(surface)
     limits = OPEN._replace(distance=0.15, crack_distance=0.04)
-    assert collapse(*references, limits, trace + 1, trace, False) == reason
+    assert collapse(*references, limits, trace + 1, trace, False, np.inf) == reason

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK
+from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, VOLUME
 from craftmesh.gradation.kernels.collapse_rules import (
     EITHER,
     NEITHER,
@@ -14,7 +14,7 @@ from craftmesh.gradation.kernels.collapse_rules import (
     makes_ear,
     movable_end,
 )
-from craftmesh.gradation.kernels.cones import keep_volumes
+from craftmesh.gradation.kernels.cones import drift_allows, grain_cones, keep_volumes
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
@@ -27,8 +27,10 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 # more, the guard of drift decides.
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
-# Ratio to the target length below which edges inside a patch collapse onto an end if possible.
-SHORT = 0.5
+# Ratio to the target length below which edges inside a patch collapse onto an end first, which does not keep
+# volumes, and the fraction of the bound of drift up to which they do so: the rest of the bound is left to
+# collapses that have no other place.
+SHORT, DRIFT_OF_SHORT = 0.5, 0.1
 
 
 @lean_kernel
@@ -62,10 +64,11 @@ def _put_halfway(state, star):
 
 
 @lean_kernel
-def collapse(state, grid, limits, a, b, halfway):
+def collapse(state, grid, limits, a, b, halfway, drift):
     """Merge `b` into `a`, at a's position or near the edge's midpoint; return DONE or the reason why not.
 
-    The link condition must hold already (link_refusal).
+    drift: bound of the relative change of volumes, if that is less than the limits allow. The link
+    condition must hold already (link_refusal).
     """
     if makes_ear(state, a, b):
         return EAR
@@ -74,6 +77,10 @@ def collapse(state, grid, limits, a, b, halfway):
         return LINK
     if halfway:
         _put_halfway(state, star)
+    elif drift < limits.drift:
+        grains = grain_cones(state, star, state.points[star.tip])
+        if not drift_allows(state, grains, drift):
+            return VOLUME
     return attempt(state, grid, limits, star, limits.floor, limits.gain)
 
 
@@ -116,14 +123,15 @@ def _collapse_somehow(state, grid, limits, a, b, ends):
     halfway = ends == EITHER and not (state.flags[a] & ON_CRACK)
     reach = SHORT * 0.5 * (state.size[a] + state.size[b])
     late = halfway and state.rank[a] == 0 and squared_distance(state.points, a, b) < reach * reach
+    drift = DRIFT_OF_SHORT * limits.drift if late else limits.drift
     if halfway and not late:
-        reason = collapse(state, grid, limits, a, b, np.bool_(True))
+        reason = collapse(state, grid, limits, a, b, np.bool_(True), drift)
         if reason == DONE:
             return DONE
     if ends != ONTO_B:
-        reason = collapse(state, grid, limits, a, b, np.bool_(False))
+        reason = collapse(state, grid, limits, a, b, np.bool_(False), drift)
     if ends == ONTO_B or (ends == EITHER and reason != DONE):
-        reason = collapse(state, grid, limits, b, a, np.bool_(False))
+        reason = collapse(state, grid, limits, b, a, np.bool_(False), drift)
     if late and reason != DONE:
-        reason = collapse(state, grid, limits, a, b, np.bool_(True))
+        reason = collapse(state, grid, limits, a, b, np.bool_(True), limits.drift)
     return reason
