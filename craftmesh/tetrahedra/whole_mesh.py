@@ -74,8 +74,8 @@ def regrouped(
 ) -> Model:
     """Return the model with the tets (k, 4) of grains (k,) instead of its tets `rows`.
 
-    points (n, 3): the model's points, then new points. Interior points that no tet uses are removed. quality
-    (k,): of the new tets.
+    points (n, 3): the model's points, then new points. Interior points that no tet uses are removed.
+    quality (k,): of the new tets.
     """
     stays, used = np.ones(len(model.tets), bool), np.zeros(len(points), bool)
     stays[rows] = False

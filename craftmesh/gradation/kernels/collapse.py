@@ -27,9 +27,9 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 # more, the guard of drift decides.
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
-# Ratio to the target length below which edges inside a patch collapse onto an end first, which does not keep
-# volumes, and the fraction of the bound of drift up to which they do so: the rest of the bound is left to
-# collapses that have no other place.
+# Ratio to the target length below which edges inside a patch collapse onto an end first, which does not
+# keep volumes, and the fraction of the bound of drift up to which they do so: the rest of the bound is left
+# to collapses that have no other place.
 SHORT, DRIFT_OF_SHORT = 0.5, 0.1
 
 
