@@ -27,8 +27,9 @@ from craftmesh.report.case_files import (
 )
 from craftmesh.sizing.stored import sizing_of
 
-# Files whose content volume.vtu also has; they may be missing once it exists.
-SPARE = tuple(STAGES[name].made for name in ("surface", "gradated", "tets"))
+# Stages whose content volume.vtu also has; their files may be missing once it exists.
+SPARE_STAGES = ("surface", "gradated", "tets")
+SPARE = tuple(STAGES[name].made for name in SPARE_STAGES)
 RULES = {"import": "import_microstructure"}  # names of the workflow's rules that differ from the stage's
 PRIOR = 2.0  # s of measured jobs that count as much as the plan's estimate
 _PROGRESS = re.compile(r"\w+ +(\d+)% ")  # a line of `ProgressLine` in a log
@@ -210,9 +211,11 @@ def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
     left_out = set() if record["cracks"] else {"crack"}
     left_out |= set() if grows else {"solution", "fracture", "growth"}
     names = [name for name in list(STAGES)[3:] if name not in left_out]
+    renews = record.get("config", {}).get("renew", {}).get("reuse", "never") != "never"
     for number in range(increments):
         last = grows and number == increments - 1
-        yield from (Job(f"{number:03d}", name) for name in names if not (last and name == "growth"))
+        others = ["growth"] * last + [*SPARE_STAGES] * (renews and number > 0)
+        yield from (Job(f"{number:03d}", name) for name in names if name not in others)
 
 
 def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:

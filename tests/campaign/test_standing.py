@@ -19,6 +19,7 @@ GROWS = {
     "growth": "grow",
 }
 PRESCRIBED = GROWS | {"microstructure": "v.npz", "growth": "prescribed"}
+RENEWED = PRESCRIBED | {"config": {"renew": {"reuse": "auto"}}}
 ERROR = "craftmesh: error: no room\n"
 
 
@@ -51,7 +52,13 @@ def make(results, job, ended="", seconds=2.0):
     took.write_text(f"s\tcpu_time\tmax_rss\n{seconds}\t{seconds}\t100\n")
 
 
-@pytest.mark.parametrize("record", [GROWS, PRESCRIBED])
+def test_renewed_increments_have_no_surfaces_of_their_own():
+    found = [(job.increment, job.name) for job in jobs(RENEWED, 2)]
+    assert ("000", "gradated") in found and ("001", "gradated") not in found
+    assert ("001", "sizing") in found and ("001", "volume") in found
+
+
+@pytest.mark.parametrize("record", [GROWS, PRESCRIBED, RENEWED])
 def test_each_job_that_is_made_adds_to_the_share_until_all_is(tmp_path, record):
     begin(tmp_path, record)
     shares = []
