@@ -20,7 +20,7 @@ from craftmesh.insertion.insert import insert_crack
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.renewal.options import RenewOptions
-from craftmesh.renewal.renew import Renewed, StageOptions, renew_mesh
+from craftmesh.renewal.renew import Renewed, StageOptions, history_of, renew_mesh
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.tetrahedra.volume import mesh_volume
@@ -110,7 +110,7 @@ def run(case: str, increments: int, with_anew: bool, most: float) -> list[dict]:
     voxels = generate(GenerateOptions(shape=(size,) * 3, grains=grains, seed=1))
     plain, _ = remesh(voxels)
     options = StageOptions(renew=RenewOptions(reuse="auto", most_renewed=most))
-    rows, mesh, lengths = [], None, None
+    rows, mesh, history = [], None, None
     for increment in range(increments):
         crack = crack_of(plain, case, increment)
         sizing = sizing_around(plain, Defects(crack), SIZES)
@@ -118,12 +118,12 @@ def run(case: str, increments: int, with_anew: bool, most: float) -> list[dict]:
         start = seconds()
         if mesh is None:
             mesh = anew(plain, crack, sizing)
-            lengths = sizing.at(mesh.points)
+            history = history_of(mesh, sizing)
         else:
-            found = renew_mesh(mesh, lengths, plain, crack, sizing, options)
+            found = renew_mesh(mesh, history, plain, crack, sizing, options)
             row |= found.report["renewed"] | {"kept": round(kept(mesh, found), 4)}
             row["notes"] = list(found.warnings)
-            mesh, lengths = found.mesh, found.lengths
+            mesh, history = found.mesh, found.history
         row |= {"cpu": round(seconds() - start, 2)} | quality(mesh)
         row["crack_area"] = _lip_area(mesh)
         if with_anew and increment:

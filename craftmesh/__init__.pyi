@@ -46,6 +46,7 @@ from craftmesh.remeshing.remesh import RemeshOptions as RemeshOptions
 from craftmesh.remeshing.remesh import remesh as remesh
 from craftmesh.renewal.options import RenewOptions as RenewOptions
 from craftmesh.renewal.renew import StageOptions as StageOptions
+from craftmesh.renewal.renew import history_of as history_of
 from craftmesh.renewal.renew import renew_mesh as renew_mesh
 from craftmesh.sizing.sizing import Sizing as Sizing
 from craftmesh.sizing.sizing import SizingOptions as SizingOptions

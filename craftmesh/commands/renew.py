@@ -1,4 +1,4 @@
-"""Mesh an increment as the mesh before with a renewed part; where that cannot be, the mesh is made anew.
+"""Mesh an increment as the mesh before with a renewed part; if that fails, make the mesh from scratch.
 
 Elements that neither the new part of the crack nor a changed target length touches keep their nodes,
 numbers and bits.
@@ -19,7 +19,7 @@ from craftmesh.io.stage_npz import read_map, write_map
 from craftmesh.io.vtk import read_crack, read_surface, read_tets
 from craftmesh.progress import ProgressLine
 from craftmesh.renewal.options import RenewOptions
-from craftmesh.renewal.renew import StageOptions, renew_mesh
+from craftmesh.renewal.renew import History, StageOptions, history_of, renew_mesh
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.voxels.islands import islands_from_json
 
@@ -50,23 +50,23 @@ def run(arguments: argparse.Namespace) -> None:
     options = StageOptions(*(options_from(arguments, kind) for kind in kinds))
     mesh, sizing = read_tets(arguments.before), stored_sizing(arguments.sizing)
     if arguments.map_before is None:
-        lengths = stored_sizing(arguments.sizing_before).at(mesh.points)
+        history = history_of(mesh, stored_sizing(arguments.sizing_before))
     else:
-        lengths = read_map(arguments.map_before)["lengths"]
-    if len(lengths) != len(mesh.points):
+        arrays = read_map(arguments.map_before)
+        history = History(arrays["lengths"], float(arrays["aspect_ratio"]))
+    if len(history.lengths) != len(mesh.points):
         raise CraftmeshError(
-            f"{arguments.map_before}: has lengths of {len(lengths)} nodes, but {arguments.before} has "
-            f"{len(mesh.points)}; give the map of that mesh"
+            f"{arguments.map_before}: has lengths of {len(history.lengths)} nodes, but {arguments.before} "
+            f"has {len(mesh.points)} nodes; give the map of that mesh"
         )
     file = arguments.islands
     islands = islands_from_json(read_json(file), str(file)) if file else ()
     crack, surface = read_crack(arguments.crack), read_surface(arguments.surface)
     with ProgressLine("renew") as progress:
         found = renew_mesh(
-            mesh, lengths, surface, crack, sizing, options, islands, arguments.workers, progress
+            mesh, history, surface, crack, sizing, options, islands, arguments.workers, progress
         )
     warn(*found.warnings)
     if arguments.map is not None:
-        nodes, elements = found.numbers
-        write_map(arguments.map, {"nodes": nodes, "elements": elements, "lengths": found.lengths})
+        write_map(arguments.map, found.numbers._asdict() | found.history._asdict())
     write_mesh(arguments, found.mesh, found.report)

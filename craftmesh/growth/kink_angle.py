@@ -63,7 +63,7 @@ def in_crystals(front: FrontPoints) -> np.ndarray:
 
 
 def own_values(key: str, name: str, known: Sequence[str], count: int, *given: object) -> np.ndarray:
-    """Return what the user-supplied function `name` returns for `given`, `count` finite numbers.
+    """Return the `count` finite numbers that the user's function `name` returns for `given`.
 
     key: the option; known: its built-in values. Raise CraftmeshError if the function cannot be found or
     returns anything else.

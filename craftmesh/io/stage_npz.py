@@ -27,7 +27,7 @@ _ENTRIES = {
     "field_growth": (float, (None,)),
 }
 MAP_FORMAT = "craftmesh map 1"  # value of the entry `format`
-_MAP_ENTRIES = ("nodes", "elements", "lengths")
+_MAP_ENTRIES = ("nodes", "elements", "lengths", "aspect_ratio")
 SOLUTION_FORMAT = "craftmesh solution 1"  # value of the entry `format`
 _HISTORY = "history "  # prefix of the entries of a history
 # Order of VTK's stress components, yz before xz.
@@ -104,7 +104,8 @@ def write_map(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None
     """Write the numbers of a mesh before in a new mesh, completely or not at all.
 
     Arrays: nodes (n,) and elements (m,), the new row of each old one or -1; lengths (k,), the target
-    lengths that the new mesh's nodes were made for.
+    lengths that the new mesh's nodes were made for; aspect_ratio, the mean of the last mesh that was made
+    from scratch.
     """
     write_arrays(path, {"format": np.array(MAP_FORMAT), **{name: arrays[name] for name in _MAP_ENTRIES}})
 

@@ -16,5 +16,7 @@ class RenewOptions(Options):
         "where less than most_renewed changes (auto), or always",
     )
     most_renewed: float = option(
-        0.5, "largest share of the elements that auto renews; above it the mesh is made anew", above=0
+        0.5,
+        "largest share of the elements that auto renews; above it the mesh is made from scratch",
+        above=0,
     )

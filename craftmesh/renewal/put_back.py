@@ -1,4 +1,4 @@
-"""Put a body that was cut out and meshed anew back into its model."""
+"""Put a body that was cut out and meshed again back into its model."""
 
 from collections.abc import Sequence
 
@@ -14,9 +14,9 @@ from craftmesh.types import BORDER, GrainTets, Surface
 def put_back(
     whole: Whole, part: Part, surface: Surface, grain_tets: Sequence[GrainTets], sizing: Lengths
 ) -> Whole:
-    """Return the model with new tets in place of those that `part` was cut out of.
+    """Return the model with new tets instead of the tets of `part`.
 
-    surface, grain_tets: the body meshed anew; its border has the same points. Tets that stay come first.
+    surface, grain_tets: the body meshed again; its border has the same points. Tets that stay come first.
     Raises CraftmeshError if the border has changed.
     """
     new = whole_of(surface, grain_tets, sizing)
@@ -40,11 +40,11 @@ def put_back(
 
 
 def _same_places(part: Part, places: np.ndarray, facets: int) -> np.ndarray:
-    """Return the model's node (k,) at each of the places (k, 3) on a border of so many facets."""
+    """Return the model's node (k,) at each of the places (k, 3) on a border of `facets` facets."""
     on_border = part.surface.kind == BORDER
     before = np.unique(part.surface.facets[on_border])
     node = {tuple(place): n for place, n in zip(part.surface.points[before].tolist(), part.nodes[before])}
     found = [node.get(tuple(place), -1) for place in places.tolist()]
     if facets != on_border.sum() or len(found) != len(before) or -1 in found:
-        raise CraftmeshError("the border of the part to renew was changed; mesh this increment anew")
+        raise CraftmeshError("the border of the part to renew was changed")
     return np.array(found, np.int64)

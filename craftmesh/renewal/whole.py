@@ -116,7 +116,7 @@ def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: n
     """Return the grains (k, 2) behind and ahead of crack facets; ahead, behind (k,): half faces of lips."""
     groups = group_triples(half_face_corners(tets, np.concatenate([ahead, behind])))
     if not (groups.count == 2).all():
-        raise CraftmeshError("the crack's lips have faces without a partner; mesh this increment anew")
+        raise CraftmeshError("the crack's lips have faces without a partner")
     first, second = groups.pairs.T
     across = np.empty(len(ahead), np.int64)
     across[first] = behind[second - len(ahead)]

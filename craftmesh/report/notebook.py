@@ -38,7 +38,7 @@ def html(thing: Voxels | Surface | Crack | TetMesh) -> str:
 def plot(thing: Voxels | Surface | Crack | TetMesh, **options: Any) -> Any:
     """Show a thing by pyvista's `plot` with its options; without pyvista return a Picture."""
     try:
-        pyvista = import_module("pyvista")  # of the extra tetwild, or the user's own
+        pyvista = import_module("pyvista")  # from the extra tetwild or installed by the user
     except ModuleNotFoundError:
         return Picture(picture(thing))
     shown = dict(show_edges=not isinstance(thing, Voxels), cmap="tab20", scalars="grain") | options

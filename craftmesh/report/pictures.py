@@ -29,12 +29,12 @@ COLOURS = "viridis"
 # Relative luminance (WCAG 2) of lines' colours: contrast 4.2 to the light page, 4.2 to the dark one.
 LUMINANCE = 0.2
 LUMINANCE_OF_RGB = (0.2126, 0.7152, 0.0722)
-GAMMA = 2.2  # of sRGB, within a few percent
+GAMMA = 2.2  # exponent of sRGB, within a few percent
 BELOW = 0.1  # space below a body for the axis directions and the scale, over the body's width
 TOWARDS = seen_from(2)  # default direction from which a body is seen
 PIXELS = 640  # width of a body's picture
 WEBP = 82  # quality of .webp, of 100: a lined mesh takes 40 kB and looks like its .png of 330
-MOST_TICKS = 8  # most increments named beside the colours of a crack's path
+MOST_TICKS = 8  # most increments named next to the colours of a crack's path
 # Largest displacement as shown, over the body's diagonal.
 SHOWN_MOVE = 0.08
 # Percentage of values cut off at each end of a colour scale, as stresses at a crack front are unbounded.

@@ -16,7 +16,7 @@ from craftmesh.mesh.check import check
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.renewal.options import RenewOptions
-from craftmesh.renewal.renew import StageOptions, renew_mesh
+from craftmesh.renewal.renew import StageOptions, history_of, renew_mesh
 from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.measure import area_vectors
@@ -39,7 +39,7 @@ def area_of(mesh):
 
 
 def is_renewed(found):
-    return not any("made anew" in warning for warning in found.warnings)
+    return not any("made from scratch" in warning for warning in found.warnings)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def first():
     fitted, _ = gradate(cut, sizing, crack=crack)
     volume, _ = mesh_volume(fitted, sizing)
     mesh, _ = assemble(volume.surface, volume.grain_tets, crack)
-    return mesh, sizing.at(mesh.points)
+    return mesh, history_of(mesh, sizing)
 
 
 @pytest.fixture(scope="module")
@@ -77,12 +77,12 @@ def test_the_mesh_is_sound_and_holds_the_whole_crack(first, renewed):
     # half an ellipse of the tilted plane in the box; the promise is .5 % of the area
     assert area_of(renewed.mesh) == pytest.approx(np.pi * 5.6**2 / 2, rel=0.01)
     assert set(renewed.mesh.face_sets) == set(first[0].face_sets)
-    assert len(renewed.lengths) == len(renewed.mesh.points)
+    assert len(renewed.history.lengths) == len(renewed.mesh.points)
 
 
 def test_a_third_increment_goes_on_from_the_second(renewed):
     crack, sizing = penny(6.2)
-    found = renew_mesh(renewed.mesh, renewed.lengths, PLAIN, crack, sizing, ALWAYS)
+    found = renew_mesh(renewed.mesh, renewed.history, PLAIN, crack, sizing, ALWAYS)
     assert is_renewed(found)
     assert check(found.mesh) == []
     assert area_of(found.mesh) == pytest.approx(np.pi * 6.2**2 / 2, rel=0.01)
@@ -109,11 +109,14 @@ def test_the_same_input_gives_the_same_bytes_for_any_number_of_workers(first, re
     [
         (replace(ALWAYS, gradate=GradateOptions(volume_tolerance=1e-9)), "the volume of grain"),
         (StageOptions(renew=RenewOptions(reuse="auto", most_renewed=0.01)), "most_renewed 0.01"),
+        (ALWAYS, "mean aspect ratio"),
     ],
 )
 def test_what_cannot_be_renewed_is_made_anew_and_says_why(first, options, why):
     crack, sizing = penny(5.6)
-    found = renew_mesh(*first, PLAIN, crack, sizing, options)
+    mesh, history = first
+    history = history._replace(aspect_ratio=1.2) if why == "mean aspect ratio" else history
+    found = renew_mesh(mesh, history, PLAIN, crack, sizing, options)
     assert why in found.warnings[0]
     assert found.report["renewed"] == {"share": 1.0, "elements_kept": 0}
     assert (found.numbers.elements == -1).all()
