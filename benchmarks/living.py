@@ -32,6 +32,7 @@ SPOKES, BEND = 160, 120.0  # points of a ring of a bowl; radius squared over hei
 SIZES = SizingOptions(l_min=0.5, l0=1, l_max=3, r0=8, r1=16)
 # Voxels along an axis, grains, and the penny: shape, centre, normal, first radius, growth an increment.
 CASES = {
+    "tiny": (16, 3, ("penny", (8.0, 8.0, 8.2), (0.0, 0.0, 1.0), 3.0, 0.4)),
     "g27": (60, 27, ("penny", (30.0, 30.0, 30.2), (0.0, 0.0, 1.0), 15.0, 0.8)),
     "tilted": (60, 27, ("penny", (30.0, 30.0, 30.2), (0.3, 0.2, 1.0), 13.0, 0.8)),
     "bowl": (60, 27, ("bowl", (30.0, 30.0, 30.2), (0.1, 0.2, 1.0), 13.0, 0.8)),

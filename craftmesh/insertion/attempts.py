@@ -11,7 +11,7 @@ from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.promises import AREA_KEPT, INSERTION, PROMISED
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.errors import CraftmeshError, told
-from craftmesh.insertion.cut import SHORTEST, CutSurface, split_edges
+from craftmesh.insertion.cut import SHORTEST, CutSurface, on_border, split_edges
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
@@ -196,7 +196,7 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     rows = np.flatnonzero(scipy.spatial.cKDTree(places).query(centre)[0] < reach + SHORTEST * least)
     edges, _, _ = unique_edges(surface.facets[rows])
     step = np.diff(surface.points[edges], axis=1)[:, 0]
-    edges = edges[np.linalg.norm(step, axis=1) > 2 * SHORTEST * least]
+    edges = edges[(np.linalg.norm(step, axis=1) > 2 * SHORTEST * least) & ~on_border(surface, edges)]
     middle = surface.points[edges].mean(axis=1)
     size = surface.size[edges].mean(axis=1) / 2
     result = split_edges(surface, edges, middle, size)

@@ -8,8 +8,9 @@ import numpy as np
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.dividing import divided
+from craftmesh.surface.front import among_edges
 from craftmesh.surface.measure import along_segments, edge_lengths
-from craftmesh.types import Surface
+from craftmesh.types import BORDER, Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
 
@@ -125,10 +126,15 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     reached = (phi[of_corner].max(axis=1) > -margin) | (at[surface.facets[near]].max(axis=1) > 0)
     wanted = np.zeros(len(edges), bool)
     wanted[of_corner[reached]] = True
-    chosen = wanted[crossing]
+    chosen = wanted[crossing] & ~on_border(surface, edges[crossing])
     size = surface.size[edges[crossing]]
     size = size[:, 0] + fraction * (size[:, 1] - size[:, 0])
     return split_edges(surface, edges[crossing[chosen]], points[chosen], size[chosen])
+
+
+def on_border(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
+    """Return a mask (k,) of edges (k, 2) that border facets hold; the crack does not split them."""
+    return among_edges(edges, surface.facets[surface.kind == BORDER])
 
 
 def trace_edges(surface: CutSurface) -> np.ndarray:

@@ -70,7 +70,6 @@ def insert_crack(
     refuse_open(surface)
     options = options or InsertOptions()
     target = target_of(surface, sizing)
-    places = np.zeros((0, 3)) if known is None else known
     reports = []
     box, before = surface.box, surface
     for sheet in by_place(crack):
@@ -86,7 +85,7 @@ def insert_crack(
         held = seam_ends(parts)
         for part in parts:
             given = Given(part, box, least, held)
-            surface, numbers = _with_part(surface, given, target, options, places, progress)
+            surface, numbers = _with_part(surface, given, target, options, known, progress)
             reports.append(numbers)
         if len(parts) > 1:
             fronts = fronts_of(before, crack)
@@ -123,7 +122,7 @@ def _with_part(
     given: Given,
     target: SizeAt,
     options: InsertOptions,
-    known: np.ndarray,
+    known: np.ndarray | None,
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with one part of a crack inserted, and its report."""

@@ -21,11 +21,13 @@ from craftmesh.types import CRACK, Surface
 REACH = 3  # largest distance, in longest edges, at which points get an offset from the crack
 
 
-def prepared(surface: Surface, sheet: Sheet, known: np.ndarray, least: float) -> CutSurface:
+def prepared(
+    surface: Surface, sheet: Sheet, known: np.ndarray | None = None, least: float = 0.0
+) -> CutSurface:
     """Return the surface with psi near the crack, exactly 0 at points on it, and with local sizes.
 
-    known (k, 3): places of points that are on the crack as an older mesh has it, with the tolerance that is
-    promised; least: smallest target length.
+    known (k, 3): positions of points on the crack of an older mesh; points within the promised tolerance
+    count as on the crack. least: smallest target length.
     """
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
@@ -38,7 +40,7 @@ def prepared(surface: Surface, sheet: Sheet, known: np.ndarray, least: float) ->
     psi = np.full(len(surface.points), np.nan)
     psi[rows] = sheet.offset(surface.points[rows])
     psi[rows[np.abs(psi[rows]) <= ROUNDING * size[rows]]] = 0.0
-    if len(known):
+    if known is not None:
         on_old = rows[_are_among(surface.points[rows], known)]
         psi[on_old[np.abs(psi[on_old]) <= PROMISED.facets * least]] = 0.0
     return replace(uncut(surface), psi=psi, size=size)

@@ -9,6 +9,7 @@ from craftmesh.insertion.cut import (
     CutSurface,
     SizeAt,
     flat_facets,
+    on_border,
     split_edges,
     trace_edges,
     with_phi,
@@ -22,7 +23,7 @@ from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.front import among_edges
 from craftmesh.surface.measure import edge_lengths, unit_normals
 from craftmesh.surface.patches import is_on_box, patches
-from craftmesh.types import BORDER, Surface
+from craftmesh.types import Surface
 
 # Largest distance of trace edges on a box face from the crack's mouth, measured in the face, in smallest
 # target lengths. OFF would allow much more where the crack meets the face at a small angle.
@@ -123,7 +124,7 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
         phi = surface.phi[edges]
         inside = (phi > 0).any(axis=1) | (phi >= 0).all(axis=1)
     chosen = ((count > 2) | (patch[first] == patch[second])) & on[edges].all(axis=1) & inside
-    chosen &= ~among_edges(edges, near.facets[near.kind == BORDER])
+    chosen &= ~on_border(surface, edges)
     return edges[chosen], normal[chosen], held[chosen]
 
 

@@ -47,7 +47,8 @@ def plot(thing: Voxels | Surface | Crack | TetMesh, **options: Any) -> Any:
 
 def picture(thing: Voxels | Surface | Crack | TetMesh) -> bytes:
     """Return a .png of a thing."""
-    from craftmesh.report import views  # here because matplotlib is an extra
+    # here because matplotlib is an extra
+    from craftmesh.report import views
 
     if isinstance(thing, Voxels):
         return views.labels_picture(thing)

@@ -8,7 +8,7 @@ from plain_topology import tied_vertices
 
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.types import CRACK, INTERFACE, Surface
+from craftmesh.types import BORDER, CRACK, INTERFACE, Surface
 
 
 @pytest.fixture(scope="module")
@@ -179,6 +179,6 @@ def test_five_of_the_labels_at_a_breach_are_named_as_what_they_are(count, named)
     )
     labels[1, 1, 1] = -1
     surface = Surface(*march(labels))
-    kinds = replace(surface, kind=np.full(len(surface.kind), CRACK + 1))
+    kinds = replace(surface, kind=np.full(len(surface.kind), BORDER + 1))
     (told,) = (one for one in check_surface(kinds) if "have a kind above" in one)
     assert named in told

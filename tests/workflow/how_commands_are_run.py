@@ -117,6 +117,7 @@ BY_OTHER_TESTS = {
         ),
         "commands/test_view.py::test_every_stage_file_has_a_picture",
     ),
+    "craftmesh renew ": "workflow/test_renewal_run.py::test_each_mesh_keeps_elements_of_the_one_before",
     "python examples/notebooks/execute.py": (
         "test_notebooks.py::test_a_pyvista_mesh_becomes_a_deck_with_an_open_crack"
     ),
@@ -134,7 +135,7 @@ BY_OTHER_TESTS = {
     **dict.fromkeys(
         (
             f"python benchmarks/{name}.py"
-            for name in ("solve", "fracture", "random_cracks", "random_growth")
+            for name in ("solve", "fracture", "random_cracks", "random_growth", "living")
         ),
         "workflow/test_shown_commands.py::test_benchmarks_run_on_their_smallest_case",
     ),
@@ -145,6 +146,7 @@ SMALLEST = (
     "random_cracks.py 7 7 --keep folder",
     "random_cracks.py 0 0 --workers 2 --json rows.jsonl --resume --markdown random_cracks.md",
     "random_growth.py 8 8 --increments 1 --keep folder",
+    "living.py tiny 2",
 )
 # what no test runs, by how it begins, and why
 NOT_RUN = {

@@ -137,4 +137,4 @@ def test_the_papers_filter_takes_the_place_of_the_fit(finished, tmp_path):
 def test_the_report_tells_how_far_the_crack_came(finished):
     page = (finished.path / "results" / "report.html").read_text()
     assert "2 increments, as many as requested." in page and "Stress intensities and growth" in page
-    assert "The crack in the body" in page and page.count("principal stress on a plane") == 4
+    assert "Cut along the crack" in page and page.count("principal stress on a plane") == 4
