@@ -77,7 +77,7 @@ def heading(rows: list[dict]) -> str:
         "```\n",
         "Draw of cases and list of faults: [benchmarks](../benchmarks/README.md#random-cracks).",
         "If a crack meets a face of the box at θ degrees, no mesh can avoid tetrahedra along its",
-        "mouth with an aspect ratio of at least 1 / sin θ, above 5 below 11.5 degrees.\n\n",
+        "mouth with an aspect ratio of at least 1 / sin θ, which exceeds 5 if θ is below 11.5 degrees.\n\n",
     ]
     return "\n".join(lines)
 

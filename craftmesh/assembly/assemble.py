@@ -163,8 +163,8 @@ def _face_sets(
 ) -> dict[str, np.ndarray]:
     """Return the named faces as rows (tet, face), sorted; empty sets are left out.
 
-    facet (4m,): from `_match`; free, lips: half faces 4 * tet + face on the surface and on both opened
-    lips.
+    facet (4m,): the surface facet on each half face 4 * tet + face, -1 inside a grain. free: half faces
+    that no other tet shares; lips: half faces on both sides of opened crack facets.
     """
     kind, sides = surface.kind[facet[free]], surface.sides[facet[free]].min(axis=1)
     on_crack = kind == CRACK

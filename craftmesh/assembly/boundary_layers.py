@@ -63,7 +63,11 @@ def _boundary(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _elements(opened: np.ndarray, parent: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Return the cohesive elements (p, 1 or 4, 6) between pairs of half faces (p, 2)."""
+    """Return the cohesive elements between pairs of half faces: (p, 1, 6), or (p, 4, 6) with mid nodes.
+
+    opened: tets of the opened mesh; parent: old node of each of its nodes, the same on both sides; across
+    (p, 2): half faces 4 * tet + face of the first and the second grain.
+    """
     bottom, top = (half_face_nodes(opened, across[:, side]) for side in range(2))
     bottom = bottom[:, _OUTWARD[: bottom.shape[1]]]
     turn = (parent[bottom][:, :, None] == parent[top][:, None, :]).argmax(axis=2)

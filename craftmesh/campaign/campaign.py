@@ -224,7 +224,10 @@ class Campaign:
         return self.flags("import", case)
 
     def crack_flags(self, case: str, inc: str) -> str:
-        """Return the flags of the lengths l_min and l0, and then the flags of an increment's cracks."""
+        """Return the options of `craftmesh crack` for an increment as text.
+
+        First come l_min and l0, then the options of each crack, separated by --and.
+        """
         sizing = self.cases[case].settings["sizing"]
         held = {key: sizing[key] for key in CRACK_LENGTHS}
         first, *others = map(command_flags, self.crack_options(case, inc))

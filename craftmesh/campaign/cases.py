@@ -94,7 +94,11 @@ class Case:
 
 
 def check_case(case: Case) -> None:
-    """Raise CraftmeshError unless the case's cracks are configured and its microstructure exists."""
+    """Raise CraftmeshError if the case's cracks, increments or microstructure are wrong.
+
+    Each crack must be configured and named once, a case without a crack must have one increment and no
+    growth, and the microstructure must exist.
+    """
     config, place = case.settings, case.place
     known = (*config["cracks"], NO_CRACK)
     for name in case.cracks:

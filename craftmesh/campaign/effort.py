@@ -59,8 +59,9 @@ class _Cost:
     bytes: tuple[float, float, float] = (0, 0, 0)
 
 
-# Python and its libraries take a second and 120 to 250 MB in each job; the rest is by voxel, facet and
-# element. A job of `tetrahedralize` is one of two; `report` is one for all.
+# Measured costs by rule of the workflow. Python and its libraries take about 1 s and 120 to 250 MB of the
+# fixed part. The row of `tetrahedralize` is for one of two jobs that share an increment's tetrahedra, the
+# row of `report` for one job for all cases.
 _COSTS = {
     "generate": _Cost(2, 150, (10, 0, 0), (30, 0, 0)),
     "import_microstructure": _Cost(1.5, 220, (1, 0, 0), (50, 0, 0)),
@@ -201,7 +202,8 @@ def by_facets(facets: float, voxels: float | None = None) -> Sizes:
     return Sizes(facets if voxels is None else voxels, facets, TETS_PER_FACET * facets)
 
 
-# What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
+# Sizes assumed for a file that does not exist yet, by suffix: 2e7 voxels, or 1e5 facets. Snakemake may ask
+# for a job's memory and time before the file is made; `plan` counts voxels and facets itself.
 UNKNOWN = {".npz": by_facets(2e7), ".vtp": by_facets(1e5), ".vtu": by_facets(1e5)}
 
 
@@ -222,9 +224,10 @@ def minutes(stage: str, sizes: Sizes, attempt: int) -> int:
 
 
 def sizes_of(path: str | Path) -> Sizes:
-    """Return the sizes by the voxels and faces of a labels.npz, a .vtp's facets or a .vtu's elements.
+    """Return the sizes by the voxels and faces in a labels.npz, the facets in a .vtp or elements in a .vtu.
 
-    UNKNOWN for a file that is not there yet or is none of these: the stage that reads it will say so.
+    If the file does not exist yet or has other content, UNKNOWN's sizes for its suffix are returned; the
+    stage that reads the file reports its faults. Other suffixes are not accepted.
     """
     suffix = Path(path).suffix
     try:

@@ -36,11 +36,11 @@ def snakefile() -> Path:
 
 
 def or_default(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `config` if it names a campaign, else the default campaign updated with `config`.
+    """Return `config` if it describes a whole campaign, else the default campaign updated with `config`.
 
-    Any key except results, data, chunks, warm, exports and node names a campaign, which takes no values
-    from the default one. The default is config/config.yaml in the folder in which Snakemake runs. If that
-    file is missing, the default is the installed demo with its case table.
+    It does if it has a key besides results, data, chunks, warm, exports and node; no value is then added
+    from the default. The default is config/config.yaml in the folder in which Snakemake runs. If that file
+    is missing, the default is the installed demo with its case table.
     """
     if not RUN_KEYS.issuperset(config):
         return dict(config)

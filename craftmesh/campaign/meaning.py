@@ -165,7 +165,11 @@ def _check_crack(keys: Mapping[str, Any], case: Case) -> None:
 
 
 def _check_increments(case: Case) -> None:
-    """Raise CraftmeshError if a crack cannot grow as requested, or if two increments are the same."""
+    """Raise CraftmeshError if the case's growth, loads or increments do not fit its cracks.
+
+    The crack must be able to grow as requested, loads on crack faces need a crack, and no prescribed
+    increment may have the same cracks as the increment before.
+    """
     model = ModelOptions(**fields_of(ModelOptions, case.settings["inp"]))
     if case.grows and model.element != "C3D10":
         raise CraftmeshError(
@@ -194,8 +198,8 @@ def _check_increments(case: Case) -> None:
         if before == now:
             raise CraftmeshError(
                 f"{case.place}: increments is {case.increments}, but increment {increment} is the same as "
-                f"{increment - 1}; set cracks.{case.cracks[0]}.growth or .increments, "
-                "growth grow in the case table, or fewer increments"
+                f"{increment - 1}; set cracks.{case.cracks[0]}.growth or .increments, write `grow` in the "
+                "column `growth` of the case table, or set fewer increments"
             )
 
 

@@ -172,7 +172,10 @@ def _elements(labels: Path, sizing: Path, _: float) -> float:
 
 
 def _is_doubted(folder: Path, job: Job) -> bool:
-    """Return True if a finished job `fracture` found a front on which no K is reliable."""
+    """Return whether a job is `fracture` and found a front on which no K is reliable.
+
+    The job must be finished.
+    """
     path = folder / job.increment / STAGES["fracture"].made
     return job.name == "fracture" and bool(read_json(path).get("growth", {}).get("doubted"))
 

@@ -95,9 +95,10 @@ def write_model(
 ) -> None:
     """Write the complete deck of a model, as `write_deck` does.
 
-    materials: of the template options.user_material; units: named in the heading; traced: each increment of
-    a history prints the forces and displacements of faces, and only the last one writes fields, because
-    CalculiX has one frequency for both. layers: on the model's mesh, in the model's unit. With plates in
+    materials: read from the template that options.user_material names; required if it is set. units: named
+    in the heading. traced: each increment of a history prints the forces and displacements of faces, and
+    only the last one writes fields, because CalculiX has one frequency for both. layers: the cohesive
+    elements, on the model's mesh and in its unit; required if options.cohesive is set. With plates in
     options, the load acts by contact with them.
     """
     check_writable(model)

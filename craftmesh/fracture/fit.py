@@ -19,7 +19,8 @@ HALF_WIDTH = 2.0
 # on a lens crack (now 0.34, as with four edges), in a polycrystal 1.7 % from a wide tube's K (now 0.13);
 # without the plateau, K_I errs by 0.7 %.
 PLATEAU = 0.6
-# Fewest tests of a segment, or nodes with known displacements; with fewer it gets a straight line.
+# Fewest tests on a segment, or nodes with known displacements, for a spline of stiffness SMOOTH; with fewer
+# the stiffness is STRAIGHT, which makes the spline a straight line.
 LEAST_KNOWN = 6
 STRAIGHT, SMOOTH = 1e6, 1e-6
 # Longest spline piece over the front's bend radius: K varies as fast as the front bends. On the ellipse

@@ -113,7 +113,7 @@ class Stations:
         first, last = self.first[segment], self.first[segment + 1] - 1
         reach = self.step[segment] * (last - first)
         offset = s - self.start[segment]
-        if self.length:  # closed front: offsets reach from half the rest before the segment to half after
+        if self.length:  # closed front: half of its part outside the segment counts as before the segment
             rest = 0.5 * (self.length - reach)
             offset = np.mod(offset + rest, self.length) - rest
         place = offset.clip(0, reach) / self.step[segment]

@@ -149,7 +149,11 @@ def _gradated(
     options: GradateOptions,
     progress: Callable[[float, str], None],
 ) -> Gradation:
-    """Return the gradation after its rounds and its cleaning; volumes are not restored yet."""
+    """Return the gradation after options.passes rounds and a final cleaning of poor facets.
+
+    A round collapses, splits and swaps edges, and evens out the edges on lines; later rounds also relax the
+    vertices inside patches. The volumes are not restored yet.
+    """
     if options.passes:
         swap_poor(gradation, limits)
     while options.passes and halve_longest(gradation, limits):

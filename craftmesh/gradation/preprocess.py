@@ -15,8 +15,9 @@ from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Surface
 
-# Cosine of the largest angle between crack facets in one plane. On a curved crack a lid over a node would
-# be off the crack by the node's height, and the guards, which start from the lid, would not see it.
+# Cosine of the largest angle between crack facets in one plane. A lid is the facet that replaces the three
+# facets of a removed node. On a curved crack it would be off the crack by the node's height over it. The
+# guards, which take the surface with lids as their input, would not see this.
 IN_PLANE = 1.0 - ROUNDING
 
 
@@ -134,10 +135,11 @@ def _lid(
 
 
 def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
-    """Return the surface with junction lines smoothed by Eq. 1, `iterations` times, and the nodes moved.
+    """Return the surface with junction lines smoothed `iterations` times, and the number of moved nodes.
 
-    Nodes on box faces move within the faces. Nodes on the crack and junction points stay. Moves that break
-    `MoveBounds` are undone and not counted.
+    Each time a node moves to half its own position plus a quarter of each neighbour's on the line (Eq. 1 of
+    the paper). Nodes on box faces move within the faces. Nodes on the crack and junction points stay. Moves
+    that break `MoveBounds` are undone and not counted.
     """
     if not iterations:
         return surface, 0

@@ -10,8 +10,9 @@ from craftmesh.surface.rounding import ON_PLANE
 
 # Smallest distance of successive points, in spacings; nearer points are dropped before a spline is fitted.
 CLOSE = 0.1
-# Smallest distance of a moved end beyond its box plane, in lengths of its move. Otherwise the strip's edge
-# from old to new end lies in that plane; where it met a box edge, the traces on the two faces did not join.
+# Smallest distance by which a moved front end lies outside its box plane, in lengths of the end's move. If
+# an end is in the plane, the strip's edge from old to new end lies in it too. Where this edge met a box
+# edge, the crack's traces on the two faces did not join.
 BEYOND = 0.25
 
 

@@ -19,7 +19,10 @@ LEAST, MOST = 0.2, 2.0
 
 
 class Block(NamedTuple):
-    """Load cycles, all alike: their number, and a factor and a load case ("": the first) at each end."""
+    """Identical load cycles: their number, and the factor and load case at the peak and at the valley.
+
+    The load case "" is the first one.
+    """
 
     number: float
     largest: tuple[float, str]

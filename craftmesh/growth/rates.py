@@ -167,7 +167,10 @@ def _through(points: np.ndarray, delta_k: np.ndarray, beyond: bool = False) -> n
 
 
 def _rising(points: np.ndarray) -> np.ndarray:
-    """Return points (k, 2); raise ValueError unless there are two or more, positive and rising."""
+    """Return points (k, 2).
+
+    Raise ValueError unless there are at least two, and both columns are positive and strictly rising.
+    """
     if len(points) < 2 or not (np.diff(points, axis=0, prepend=0.0) > 0).all():
         raise ValueError
     return points

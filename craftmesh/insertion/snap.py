@@ -59,7 +59,9 @@ def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
 
 
 FARTHEST = 0.5  # largest move of a point onto the crack, in local sizes
-LINE_SHARE = 0.5  # fraction of snap distances in which points on lines move straight, or to the front
+# Fraction of the snap distance within which a point on a line moves straight onto the crack, not along its
+# line, or onto the front.
+LINE_SHARE = 0.5
 # As LINE_SHARE, for points where lines end or meet; a crack close to such a point leaves needle facets.
 KNOTS = 0.1
 # Smallest squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.

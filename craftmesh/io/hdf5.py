@@ -172,11 +172,12 @@ class Beside:
         return [d for d in arrays if self.table and f"{d.name}/".startswith(f"{self.table.rstrip('/')}/")]
 
     def _linked(self, tables: Sequence[h5py.Dataset]) -> list[h5py.Dataset]:
-        """Return the tables whose rows may be the ids of `labels`, judged by arrays of ids in their groups.
+        """Return the tables in which row k may describe id k of `labels`, by the arrays in their groups.
 
-        If a group has an array named like `labels`, its table counts only if this array is 0, 1, 2, ...;
-        otherwise its rows are other things with these ids as parents. If no table counts in this way, those
-        with a row per id and an array named like other ids come next, then all without the first array.
+        A table whose group has an array named like `labels` is returned if this array is 0, 1, 2, ...; with
+        other values its rows are other things with these ids as parents, and it is never returned. If there
+        is no such table, tables of other groups are returned: those with a row per id and an array in the
+        group named like another volume of ids, or if there are none, all tables of other groups.
         """
         lists = {d.name: d.parent.get(_last(self.labels)) for d in tables}
         lists = {name: ids for name, ids in lists.items() if ids is not None and ids != self.labels}

@@ -142,7 +142,7 @@ def _disorientation(
     phases: np.ndarray | None,
     crystals: Mapping[int, Crystal],
 ) -> float:
-    """Return the least angle in degrees between two grains by symmetry; 180 if their phases differ."""
+    """Return the smallest angle in degrees between two grains by symmetry; 180 if their phases differ."""
     of = [0 if phases is None else int(phases[grain]) for grain in pair]
     if of[0] != of[1]:
         return 180.0
@@ -151,7 +151,8 @@ def _disorientation(
     if structure not in _GROUPS or not set(pair) <= set(model.axes):
         raise CraftmeshError(
             f"cohesive: {LOW_ANGLE}: the disorientation of grains {pair[0]} and {pair[1]} is unknown; "
-            f"give orientations and, in material, a crystal (now {kind}), or name the pairs"
+            "give orientations and a material with a crystal symmetry "
+            f"(now {kind}), or name the pairs of grains"
         )
     one, other = (scipy.spatial.transform.Rotation.from_matrix(model.own_axes(grain)) for grain in pair)
     turns = one.inv() * other * scipy.spatial.transform.Rotation.create_group(_GROUPS[structure])

@@ -263,5 +263,5 @@ def check_faces(rows: Sequence[FaceRow]) -> None:
         load_on(cube, rows)
     except CraftmeshError as error:
         raise CraftmeshError(
-            f"faces, tried on a cube of edge 1: {str(error).removeprefix('load: ')}"
+            f"faces cannot be applied (tested on a unit cube): {str(error).removeprefix('load: ')}"
         ) from None

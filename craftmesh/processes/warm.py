@@ -105,9 +105,10 @@ class Loader:
         gc.freeze()  # else each child's garbage collection would copy this memory
 
     def run(self, run: Callable[[list[str]], int], words: list[str], missing: int) -> int:
-        """Run a subcommand in a child, write the loads to the file `missing`, and return the exit status.
+        """Run a subcommand in a child, and return its exit status.
 
-        run: runs a command line; missing: file number, for newly loaded modules and kernels.
+        Write to `missing`, the number of an open file, which modules and compiled kernels the child had to
+        load itself. run: function that runs a command line; words: the command line.
         """
         modules, kernels = set(sys.modules), _loaded_kernels()
         status = run(words)

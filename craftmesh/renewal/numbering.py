@@ -29,7 +29,7 @@ def renumbered(old: TetMesh, new: TetMesh, origin: np.ndarray) -> tuple[TetMesh,
     node_of = np.full(len(new.points), -1)
     node_of[new.tets[stays]] = old.tets[origin[stays]]
     if not np.array_equal(new.points[new.tets[stays]], old.points[old.tets[origin[stays]]]):
-        raise CraftmeshError("elements that stay have other corners")
+        raise CraftmeshError("elements kept from the mesh before have nodes at other positions than there")
     node, element = _numbers(node_of), _numbers(origin)
     sets = {
         name: node[ids] if is_front(name) else np.sort(node[ids]) for name, ids in new.node_sets.items()

@@ -41,8 +41,8 @@ class StageOptions:
     tetrahedralize: TetrahedralizeOptions = field(default_factory=TetrahedralizeOptions)
 
 
-# Largest rise of the mean aspect ratio over that of the last mesh made from scratch. A penny that grows in
-# 27 small grains reaches it after three increments, in 430 grains not in five.
+# Largest rise of the mean aspect ratio over the ratio of the last mesh made from scratch. A penny that
+# grows in 27 small grains reaches it after three increments, in 430 grains not in five.
 MOST_RISE = 0.03
 
 

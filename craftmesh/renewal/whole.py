@@ -31,7 +31,10 @@ class Whole:
 
 
 def whole_of(surface: Surface, grain_tets: Sequence[GrainTets], sizing: Lengths) -> Whole:
-    """Return the tetrahedra of a surface's grains on common nodes; all of them are new."""
+    """Return the tetrahedra of a surface's grains on common nodes.
+
+    None comes from an older mesh: origin is -1 for all.
+    """
     blocks, first = [], len(surface.points)
     for one in grain_tets:
         ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])

@@ -13,7 +13,9 @@ from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hin
 
 LOST = 0.01  # fraction of a grain's area; slivers have far less, a wall between two grains has far more
 MOST_PAIRS = 1000  # limit of the search for intersecting pairs of facets
-OTHER_UNIT = 30.0  # ratio of sizes above which units differ; it is closer to a factor of 100 than to 10
+# Ratio of grain sizes above which grains that touch no others are taken to be in another unit: about the
+# geometric mean of 10 and 100.
+OTHER_UNIT = 30.0
 
 
 class _Alone(NamedTuple):

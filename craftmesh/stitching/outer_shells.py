@@ -56,10 +56,11 @@ def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone
 def with_voids(
     points: np.ndarray, facets: np.ndarray, sides: np.ndarray, kind: np.ndarray, alone: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Return sides (m, 2) with -k ahead of the facets of void k, and the number of voids.
+    """Return a copy of sides (m, 2) with -k as the label ahead of void k's facets, and the number of voids.
 
-    A void is a closed shell that does not touch the box; voids are numbered by their lowest points.
-    points (n, 3), facets (m, 3), sides (m, 2), kind (m,); alone (k,): facets that no other grain shares.
+    A void is the space inside a closed shell off the box, with the shell's grains outside. Voids are in the
+    order of their shells' lowest points (smallest x, then y, then z). points (n, 3), facets (m, 3), kind
+    (m,): the surface; alone (k,): facets that no other grain shares.
     """
     if not len(alone):
         return sides, 0

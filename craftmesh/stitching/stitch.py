@@ -61,7 +61,7 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
     facets, sides = _paired(soup)
     ids, pieces = np.unique(soup.grain), in_pieces(soup.points, soup.facets, soup.grain)
     points = soup.points
-    del soup  # has twice as many facets
+    del soup  # frees memory: it has two facets for each facet between grains
     points, kind = _on_box(points, facets, sides, options)
     alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
     refuse_gaps(points, facets, sides, alone)

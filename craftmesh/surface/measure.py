@@ -56,9 +56,9 @@ def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def point_normals(area: np.ndarray, facets: np.ndarray, count: int) -> np.ndarray:
-    """Return at each of `count` points the area-weighted mean unit normal (count, 3) of its facets (m, 3).
+    """Return the unit normal (count, 3) at each of `count` points, zero at points without a facet.
 
-    area (m, 3): the facets' area vectors. Points without a facet get zero.
+    It is along the sum of the area vectors of the point's facets. area (m, 3): area vectors of the facets.
     """
     normals = np.zeros((count, 3))
     for corner in facets.T:

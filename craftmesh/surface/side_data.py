@@ -136,13 +136,13 @@ def place_beside(
     shape, own = marked.shape, grid.labels.shape
     if shape != own and sorted(shape) == sorted(own):
         raise CraftmeshError(
-            f"has {shape} voxels along x, y, z, but the microstructure {own}; exchange its axes"
+            f"has {shape} voxels along x, y, z, but the microstructure has {own}; exchange the file's axes"
         )
     is_bare = spacing is None or bool((spacing == 1).all() and (grid.spacing != 1).any())
     if shape != own and is_bare:
         raise CraftmeshError(
-            f"has {shape} voxels and no spacing{'' if spacing is None else ' but 1'}; give the "
-            f"microstructure's {own} voxels, or a format with spacing and origin"
+            f"has {shape} voxels and no spacing{'' if spacing is None else ' except 1'}, but the "
+            f"microstructure has {own} voxels; give as many, or a format with spacing and origin"
         )
     if spacing is None:
         return grid.spacing, grid.origin, []

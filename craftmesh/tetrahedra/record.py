@@ -66,7 +66,10 @@ def _least(values: np.ndarray, digits: int) -> float | None:
 
 
 def _sharpest_wedges(surface: GrainSurface, edges: np.ndarray) -> np.ndarray:
-    """Return the smallest angle (e,) of the grain at each edge (e, 2), in degrees; 360 if none."""
+    """Return at each edge (e, 2) the smallest angle (e,) between two facets with the grain between them.
+
+    The angles are in degrees, and 360 at edges without such facets.
+    """
     sides = np.stack([np.ones(len(surface.facets), np.int64), surface.internal.astype(np.int64)], axis=1)
     found = wedges(surface.points, surface.facets, sides, edges)
     inside = found.where(found.label == 1)

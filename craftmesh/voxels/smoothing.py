@@ -182,9 +182,13 @@ class _Flow:
         return np.maximum(1, (drift * self.wanted).astype(np.int64))
 
     def _sweep(self, rows: tuple[np.ndarray, np.ndarray, np.ndarray], drift: float) -> np.ndarray:
-        """Exchange voxels in order of falling lead; return numbers (g,) of voxels nearly won or lost.
+        """Give voxels near boundaries to the grain with the largest weight plus price there.
 
-        rows: from `_rows`. A volume that differs by more than the fraction `drift` may only come closer.
+        The voxels with the largest gain come first, and passes over them follow until nothing changes. No
+        grain leaves the range of the fraction `drift` around its volume at the start; a grain outside the
+        range may only come closer. rows: from `_rows`. Return for each grain the number (g,) of voxels in
+        which it is one of the best two and these differ by less than WIDTH: a small change of price would
+        exchange them.
         """
         best, lead = np.empty(len(rows[0]), np.int64), np.empty(len(rows[0]))
         near = np.zeros(len(self.price), np.int64)

@@ -109,7 +109,7 @@ CRACK = "crack {body}/labels.npz --shape voxels --file m.%s --l-min .4 -o c.vtp"
     ("shape", "wanted"),
     [
         (SHAPE, "placed on the microstructure's"),
-        (SHAPE[::-1], "exchange its axes"),
+        (SHAPE[::-1], "exchange the file's axes"),
         ((20, 16, 13), "no spacing"),
     ],
 )
@@ -137,7 +137,7 @@ def test_a_mask_without_spacing_has_the_grid_of_the_volume(kind, shape, wanted, 
         (SHAPE, EDGE, 40.0, "61 of 61 marked voxels lie outside; give"),
         (SHAPE, EDGE, 2.0, "note: its voxels form another grid"),
         ((40, 32, 24), EDGE / 2, 0.0, "note: its voxels form another grid"),
-        (SHAPE[::-1], EDGE, 0.0, "exchange its axes"),
+        (SHAPE[::-1], EDGE, 0.0, "exchange the file's axes"),
     ],
 )  # fmt: skip
 def test_a_mask_with_a_grid_of_its_own_has_to_fit(kind, shape, spacing, origin, wanted, call, tmp_path):

@@ -1,1 +1,8 @@
-"""Numba kernels of the gradation, with one file per operation."""
+"""Numba kernels of the gradation, with one file per operation.
+
+The star is the set of facets that an operation changes. All new facets share one corner, the tip: the new
+position of a moved vertex, or the vertex that stays or is new. A witness is the initial position of a
+removed or moved vertex, attached to the nearest facet; it is loose while an operation looks for its new
+facet. Codes are integers that stand for an operation's result (`codes`), the end of an edge that may move
+(`collapse_rules`), or the common patch and direction of the facets in a grid cell (`sheets`).
+"""

@@ -72,9 +72,10 @@ def refusal(state, grid, limits, star, floor, rise):
 
 @lean_kernel
 def _set_loose(state, star):
-    """List as loose: witnesses of the star's old facets, and vertices that move or are removed.
+    """List in state.loose the witnesses, initial vertex positions, that must find a new nearest facet.
 
-    Return their number, or TOO_MANY.
+    They are the witnesses of the star's old facets, and the vertices that move or are removed. Return the
+    number of witnesses, or TOO_MANY.
     """
     count = 0
     for i in range(star.moved + star.dying):

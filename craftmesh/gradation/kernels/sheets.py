@@ -70,9 +70,11 @@ def _faces(x, y, z, u, v, w, cosine2):
 
 @lean_kernel
 def join(common, patch, x, y, z):
-    """Return the code that a cell's facets have in common after one more facet is entered.
+    """Return the code of a cell's facets after one more facet is entered.
 
-    common: the code before; patch and (x, y, z): patch and area vector of the new facet.
+    The code is 26 * patch + the row in WAYS of the direction nearest to the first facet's normal, or MIXED
+    if a facet has another patch or direction. common: the code before, EMPTY for the first facet; patch and
+    (x, y, z): patch and area vector of the new facet.
     """
     if common == EMPTY:
         way = 0

@@ -47,7 +47,7 @@ def constrain(state, star):
 
 @lean_kernel
 def put_between(state, star, goal, share):
-    """Put the star's tip at the fraction `share` of the segment from its vertex to `goal` (3,)."""
+    """Set the vertex' new position, the star's tip, to the fraction `share` of its way to `goal` (3,)."""
     for k in range(3):
         start = state.points[star.vertex, k]
         state.points[star.tip, k] = start + share * (goal[k] - start)

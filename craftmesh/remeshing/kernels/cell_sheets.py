@@ -1,6 +1,9 @@
 """The facets between the labels of one cell of the dual grid.
 
-Each connected component of face segments gets its own facets:
+The segments on the cell's faces (`cell_faces`) join edge points, on cell edges whose ends have different
+labels, and face points, on some cell faces with three or four labels. A chain is a sequence of segments
+through edge points from one face point to another. A cell point is a new point inside the cell. Each
+connected component of face segments gets its own facets:
 
     no face point (a loop of one label pair)    | best triangulation of the loop, else a fan;
                                                 | a fan for one of two long loops

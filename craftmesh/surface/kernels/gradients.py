@@ -1,4 +1,4 @@
-"""How the volumes of grains change as the points of their facets move, and what lies around points."""
+"""Gradients of the grains' volumes by the positions of points, and areas and edges around points."""
 
 import numpy as np
 
@@ -41,10 +41,10 @@ def _add(rows, vectors, first, end, row, x, y, z):
 
 @kernel
 def volume_gradients(points, facets, lists, grains):
-    """Return start (n + 1,), rows (k,) of grains and vectors (k, 3): those of a point together.
+    """Return start (n + 1,), rows (k,) of grains, and gradients (k, 3) of their volumes by point positions.
 
-    By a vector's components the volume changes with its point's coordinates. grains (m, 2): the rows of the
-    grains behind and ahead of each facet, -1 for none; lists: the facets' corner lists.
+    Point v has the rows and gradients from start[v] to start[v + 1]. grains (m, 2): the rows of the grains
+    behind and ahead of each facet, -1 for none; lists: the facets' corner lists.
     """
     start = np.zeros(len(points) + 1, np.int32)
     rows, vectors = np.empty(4 * len(points), np.int32), np.empty((4 * len(points), 3))
