@@ -154,12 +154,13 @@ def deformed_body(
     """Return a figure of the free facets (m, 3), deformed and coloured by the displacement (n, 3).
 
     points (n, 3); towards (3,): direction from which the body is seen; length: unit. The displacement is
-    scaled so that its largest value is SHOWN_MOVE of the body's diagonal.
+    scaled so that its largest value is SHOWN_MOVE of the body's diagonal, or not at all if it is 0.
     """
     size = np.linalg.norm(displacement, axis=1)
-    factor = SHOWN_MOVE * np.linalg.norm(np.ptp(points, axis=0)) / max(size.max(), 1e-300)
+    largest = size.max()
+    factor = SHOWN_MOVE * np.linalg.norm(np.ptp(points, axis=0)) / largest if largest > 1e-300 else 1.0
     moved = points + factor * displacement
-    shade = ScalarMappable(Normalize(0, size.max()), COLOURS)
+    shade = ScalarMappable(Normalize(0, largest), COLOURS)
     figure, axes = body_axes()
     view = view_from(towards, moved, BELOW)
     draw_body(axes, moved, facets, shade.to_rgba(size[facets])[..., :3], view, False, length)

@@ -52,6 +52,11 @@ def test_a_picture_is_the_same_for_the_same_and_another_for_another(picture, oth
     assert root.tag.endswith("svg") and len(list(root.iter("{http://www.w3.org/2000/svg}text"))) > 1
 
 
+def test_a_body_without_displacement_is_drawn_as_it_is():
+    svg = as_svg(deformed_body(TET[0], TET[1][:, :3], 0 * TET[0], TOWARDS))
+    assert "drawn 1 times as large" in svg
+
+
 @pytest.mark.parametrize("picture", [pair[0] for pair in PICTURES], ids=["path", "front", "body", "stress"])
 def test_ground_and_ink_are_the_pages(picture):
     svg = as_svg(picture())
