@@ -54,6 +54,11 @@ def test_a_tet_weighs_the_less_the_better_it_is():
     assert weights[0] == NO_TET and weights[-1] == 0
 
 
+def test_a_tet_without_volume_weighs_more_than_any_other():
+    """Else a move might invert a sliver, as it did in one of 20 random cracks."""
+    assert fault_weight(0.0) == fault_weight(-0.1) > 1.5 * fault_weight(1e-30)
+
+
 LIGHTER = Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0)
 
 

@@ -63,7 +63,8 @@ def fault_weight(quality):
         return (1.0 - share) * stretched + share * OF_POOR
     if quality >= FLAT_TO:
         return OF_POOR * POOR / quality
-    return min(OF_FLAT * FLAT_TO / quality, NO_TET) if quality > 0.0 else NO_TET
+    # a tet without volume weighs more than any tet with a volume
+    return min(OF_FLAT * FLAT_TO / quality, 0.5 * NO_TET) if quality > 0.0 else NO_TET
 
 
 @lean_kernel
