@@ -1,6 +1,5 @@
 """Every command that the documentation shows is run, by these tests or by others, or it is said why not."""
 
-import re
 import shutil
 from pathlib import Path
 
@@ -146,18 +145,12 @@ def test_commands_in_a_checkout_by_stages_that_end_at_once(tmp_path, idle_python
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("results", ".snakemake"))
     shutil.copy(ROOT / "Snakefile", tree)
     (tmp_path / "shared").symlink_to(shared_data.parent)
-    sheet, config = re.findall(r"```(?:yaml)?\n((?: +case\t| +cases:).*?) *```", YOUR_OWN_DATA, flags=re.S)
-    (tree / "mine.tsv").write_text(re.sub(r"^ +", "", sheet, flags=re.M))
-    (tree / "mine.yaml").write_text(
-        re.sub(r"^   ", "", config, flags=re.M).replace("/where/the/scans/are", ".")
-    )
-    (tree / "scan.dream3d").touch()
     programs = tmp_path / "programs"
     programs.mkdir()
     (programs / "snakemake").write_text(f'#!/bin/sh\nexec {idle_python} -m snakemake "$@"\n')
     (programs / "snakemake").chmod(0o755)
     run_all(tree, IN_THE_TREE, programs)
-    for case, increments in (("demo", 3), ("mine", 5), ("al1050_grown", 5), ("copper_grown", 5)):
+    for case, increments in (("demo", 3), ("al1050_grown", 5), ("copper_grown", 5)):
         decks = list((tree / "results" / case).glob("*/model.inp"))
         assert len(decks) == increments, case
 
