@@ -8,6 +8,7 @@ from craftmesh.arguments import typed
 from craftmesh.assembly.opening import is_closed, opened_tets
 from craftmesh.cracks.sheets import crack_numbers
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.common_nodes import common_points, common_tets, grain_of_tets
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
@@ -97,19 +98,14 @@ def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarra
     """Return points (all surface points first), tets and grains of the whole model."""
     if not any(len(g.tets) for g in grain_tets):
         raise CraftmeshError("no tetrahedra to assemble; run tetrahedralize for the surface's grains first")
-    blocks, offset = [], len(surface.points)
     for g in grain_tets:
         if len(g.nodes) and (g.nodes.min() < 0 or g.nodes.max() >= len(surface.points)):
             raise CraftmeshError(
                 f"grain {g.grain}: refers to surface point {g.nodes.max()} of {len(surface.points)}; "
                 "tetrahedralize this surface again"
             )
-        ids = np.concatenate([g.nodes, offset + np.arange(len(g.interior))])
-        blocks.append(ids[g.tets])
-        offset += len(g.interior)
-    points = np.concatenate([surface.points, *(g.interior for g in grain_tets)])
-    grain = np.repeat([g.grain for g in grain_tets], [len(g.tets) for g in grain_tets]).astype(np.int32)
-    return points, np.concatenate(blocks), grain
+    grain = grain_of_tets(grain_tets).astype(np.int32)
+    return common_points(surface, grain_tets), common_tets(surface, grain_tets), grain
 
 
 def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGroups, np.ndarray]:

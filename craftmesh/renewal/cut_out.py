@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.tet_connectivity import facet_groups, half_face_corners
-from craftmesh.renewal.whole import Whole
+from craftmesh.renewal.whole import Whole, grouped_tets
 from craftmesh.surface.connectivity import compact
 from craftmesh.types import BORDER, CRACK, INTERFACE, GrainTets, Surface
 
@@ -62,14 +62,4 @@ def tets_of(whole: Whole, part: Part) -> list[GrainTets]:
     """Return the part's tets grain by grain, on the points of its surface."""
     number = np.full(len(whole.points), -1)
     number[part.nodes] = np.arange(len(part.nodes))
-    rows = np.flatnonzero(part.chosen)
-    rows = rows[np.argsort(whole.grain[rows], kind="stable")]
-    result = []
-    for mine in np.split(rows, np.flatnonzero(np.diff(whole.grain[rows])) + 1):
-        _, local, used = compact(whole.points, whole.tets[mine])
-        on = number[used] >= 0
-        place = np.empty(len(used), np.int64)
-        place[np.concatenate([np.flatnonzero(on), np.flatnonzero(~on)])] = np.arange(len(used))
-        nodes, inner = number[used[on]], whole.points[used[~on]]
-        result.append(GrainTets(int(whole.grain[mine[0]]), nodes, inner, place[local]))
-    return result
+    return grouped_tets(whole, np.flatnonzero(part.chosen), number)[0]

@@ -6,7 +6,7 @@ import scipy
 from craftmesh.cracks.promises import PROMISED
 from craftmesh.renewal.whole import Whole
 from craftmesh.sizing.sizing import Sizing, densify
-from craftmesh.surface.connectivity import joined, touching
+from craftmesh.surface.connectivity import corners_of, joined, layers_around, touching
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import nearest_facet
 from craftmesh.types import CRACK, Crack
@@ -65,9 +65,7 @@ def samples_of(crack: Crack, spacing: float) -> np.ndarray:
 
 def widened(whole: Whole, chosen: np.ndarray, layers: int = RIM) -> np.ndarray:
     """Return the mask (m,) of the chosen tets and of `layers` of tets around them."""
-    for _ in range(layers):
-        chosen = touching(whole.tets, _nodes(whole, chosen))
-    return _closed(whole, chosen)
+    return _closed(whole, layers_around(whole.tets, len(whole.points), chosen, layers))
 
 
 def _with_joined(whole: Whole, changed: np.ndarray, change: np.ndarray) -> np.ndarray:
@@ -88,17 +86,10 @@ def _closed(whole: Whole, chosen: np.ndarray) -> np.ndarray:
     surface = whole.surface
     crack = surface.facets[surface.kind == CRACK]
     while len(crack):
-        on = np.zeros(len(whole.points), bool)
-        on[crack[_nodes(whole, chosen)[crack].all(axis=1)]] = True
+        inside = corners_of(whole.tets, len(whole.points), chosen)
+        on = corners_of(crack, len(whole.points), inside[crack].all(axis=1))
         more = chosen | (on[whole.tets].sum(axis=1) >= 3)
         if np.array_equal(more, chosen):
             break
         chosen = more
     return chosen
-
-
-def _nodes(whole: Whole, chosen: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of the nodes of the chosen tets."""
-    on = np.zeros(len(whole.points), bool)
-    on[whole.tets[chosen]] = True
-    return on

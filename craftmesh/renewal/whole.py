@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.common_nodes import common_points, common_tets, grain_of_tets
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.surface.connectivity import compact, lowest_equal_point
+from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, GrainTets, Surface, TetMesh
 
 
@@ -35,14 +36,8 @@ def whole_of(surface: Surface, grain_tets: Sequence[GrainTets], sizing: Lengths)
 
     None comes from an older mesh: origin is -1 for all.
     """
-    blocks, first = [], len(surface.points)
-    for one in grain_tets:
-        ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])
-        blocks.append(ids[one.tets])
-        first += len(one.interior)
-    points = np.concatenate([surface.points, *(one.interior for one in grain_tets)])
-    grain = np.repeat([one.grain for one in grain_tets], [len(one.tets) for one in grain_tets])
-    tets = np.concatenate(blocks)
+    points, tets = common_points(surface, grain_tets), common_tets(surface, grain_tets)
+    grain = grain_of_tets(grain_tets)
     origin = np.full(len(tets), -1)
     return Whole(surface, points, sizing.at(points), tets, grain.astype(np.int32), origin)
 
@@ -105,14 +100,25 @@ def with_surface_first(
 
 def grain_tets_of(whole: Whole) -> tuple[list[GrainTets], np.ndarray]:
     """Return the tets grain by grain, by ascending id, and the rows (m,) of `whole` in that order."""
-    order = np.argsort(whole.grain, kind="stable")
-    parts = np.split(order, np.flatnonzero(np.diff(whole.grain[order])) + 1)
-    count, result = len(whole.surface.points), []
-    for rows in parts:
-        _, local, used = compact(whole.points, whole.tets[rows])
-        on = int((used < count).sum())
-        result.append(GrainTets(int(whole.grain[rows[0]]), used[:on], whole.points[used[on:]], local))
-    return result, order
+    number = np.full(len(whole.points), -1)
+    number[: len(whole.surface.points)] = np.arange(len(whole.surface.points))
+    return grouped_tets(whole, np.arange(len(whole.tets)), number)
+
+
+def grouped_tets(whole: Whole, rows: np.ndarray, number: np.ndarray) -> tuple[list[GrainTets], np.ndarray]:
+    """Return tets `rows` (k,) of a model grain by grain, by ascending id, and the rows in that order.
+
+    number (n,): point on the surface of the result for each node, -1 for nodes inside it.
+    """
+    rows = rows[np.argsort(whole.grain[rows], kind="stable")]
+    result, place = [], np.empty(len(whole.points), np.int64)
+    for mine in np.split(rows, np.flatnonzero(np.diff(whole.grain[rows])) + 1):
+        used = np.unique(whole.tets[mine])
+        on, inside = used[number[used] >= 0], used[number[used] < 0]
+        place[on], place[inside] = np.arange(len(on)), len(on) + np.arange(len(inside))
+        grain, local = int(whole.grain[mine[0]]), place[whole.tets[mine]]
+        result.append(GrainTets(grain, number[on], whole.points[inside], local))
+    return result, rows
 
 
 def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: np.ndarray) -> np.ndarray:

@@ -20,6 +20,23 @@ def touching(cells: np.ndarray, marked: np.ndarray) -> np.ndarray:
     return result
 
 
+def corners_of(cells: np.ndarray, count: int, chosen: np.ndarray) -> np.ndarray:
+    """Return a mask (count,) of the corners of the cells (m, k) in the mask `chosen` (m,)."""
+    result = np.zeros(count, bool)
+    result[cells[chosen]] = True
+    return result
+
+
+def layers_around(cells: np.ndarray, count: int, chosen: np.ndarray, layers: int) -> np.ndarray:
+    """Return a mask (m,) of the chosen cells and of `layers` layers of cells around them.
+
+    count: number of points that the cells (m, k) may have.
+    """
+    for _ in range(layers):
+        chosen = touching(cells, corners_of(cells, count, chosen))
+    return chosen
+
+
 def open_edges(facets: np.ndarray, sides: np.ndarray, count: int) -> np.ndarray:
     """Return sorted rows (k, 3): a label and the lower and higher point of an open edge of its boundary.
 

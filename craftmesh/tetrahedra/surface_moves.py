@@ -5,7 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
-from craftmesh.surface.connectivity import compact, lowest_equal_point, touching
+from craftmesh.surface.connectivity import (
+    compact,
+    corners_of,
+    layers_around,
+    lowest_equal_point,
+)
 from craftmesh.surface.measure import area_vectors, numbered, side_volumes, volume_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, hold_pinched, new_scratch
 from craftmesh.tetrahedra.kernels.tet_means import mean_edges
@@ -53,7 +58,7 @@ def slid(model: Model) -> tuple[Model, dict]:
     """
     bounds, tets = along_surface(model.surface), model.tets
     on_surface = len(bounds.reach)
-    may = _nodes(tets, len(model.points), tets.min(axis=1) < on_surface)
+    may = corners_of(tets, len(model.points), tets.min(axis=1) < on_surface)
     may[:on_surface] = bounds.ways.any(axis=(1, 2))
     may[tets[model.quality < SOUND_FROM]] = False
     size = np.empty(len(may))
@@ -128,13 +133,13 @@ def given_way(model: Model) -> GivenWay:
     bad[rows] = form < WIDE
     if not bad.any():
         return GivenWay(model)
-    rows = np.flatnonzero(_layers(tets, len(points), bad, LAYERS))
+    rows = np.flatnonzero(layers_around(tets, len(points), bad, LAYERS))
     bounds = off_surface(model.surface)
     facets = lowest_equal_point(model.surface.points)[facets]
     state, used = _state_near(model, rows, bounds, facets)
     own = used[used < len(bounds.reach)]
-    near = _nodes(tets, len(points), _layers(tets, len(points), bad, 1))[own]
-    poor = _nodes(tets, len(points), _layers(tets, len(points), quality < POOR, 1))[own]
+    near = corners_of(tets, len(points), layers_around(tets, len(points), bad, 1))[own]
+    poor = corners_of(tets, len(points), layers_around(tets, len(points), quality < POOR, 1))[own]
     state.frozen[: len(own)] |= ~near
     length = state.size[: len(own)]
     before = shape_measures(points, tets[rows])
@@ -163,20 +168,6 @@ def given_way(model: Model) -> GivenWay:
     )
     report = _report(model, found, before, shape_measures(state.points, state.tets[live]))
     return GivenWay(found, report, _warning(report))
-
-
-def _nodes(tets: np.ndarray, count: int, chosen: np.ndarray) -> np.ndarray:
-    """Return a mask (count,) of the nodes of tets (m, 4) in the mask `chosen` (m,)."""
-    result = np.zeros(count, bool)
-    result[tets[chosen]] = True
-    return result
-
-
-def _layers(tets: np.ndarray, count: int, chosen: np.ndarray, layers: int) -> np.ndarray:
-    """Return a mask (m,) of the chosen tets and of layers of tets around them; count: number of nodes."""
-    for _ in range(layers):
-        chosen = touching(tets, _nodes(tets, count, chosen))
-    return chosen
 
 
 def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from craftmesh.mesh.common_nodes import common_points, common_tets, grain_of_tets
 from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.types import GrainTets, Surface
@@ -21,23 +22,17 @@ class Model:
     @cached_property
     def points(self) -> np.ndarray:
         """Coordinates (n, 3) of all nodes."""
-        return np.concatenate([self.surface.points, *(one.interior for one in self.grain_tets)])
+        return common_points(self.surface, self.grain_tets)
 
     @cached_property
     def tets(self) -> np.ndarray:
         """Tets (m, 4) of all grains, one grain after another."""
-        first, blocks = len(self.surface.points), []
-        for one in self.grain_tets:
-            ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])
-            blocks.append(ids[one.tets])
-            first += len(one.interior)
-        return np.concatenate(blocks)
+        return common_tets(self.surface, self.grain_tets)
 
     @cached_property
     def grain(self) -> np.ndarray:
         """Grain id (m,) of each tet."""
-        count = [len(one.tets) for one in self.grain_tets]
-        return np.repeat([one.grain for one in self.grain_tets], count)
+        return grain_of_tets(self.grain_tets)
 
     @cached_property
     def quality(self) -> np.ndarray:
