@@ -7,23 +7,21 @@ kept to the bit, CPU seconds from crack to mesh of both ways, and the quality of
 import argparse
 import json
 from pathlib import Path
-from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
 import numpy as np
+from measure import cpu_seconds
 
-from craftmesh.assembly.assemble import assemble
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.series import prescribed_crack
-from craftmesh.gradation.gradate import gradate
-from craftmesh.insertion.insert import insert_crack
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.progress import silent
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.renewal.options import RenewOptions
-from craftmesh.renewal.renew import Renewed, StageOptions, history_of, renew_mesh
-from craftmesh.sizing.sizing import Sizing, SizingOptions
+from craftmesh.renewal.renew import Renewed, StageOptions, history_of, mesh_from_scratch, renew_mesh
+from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
-from craftmesh.tetrahedra.volume import mesh_volume
+from craftmesh.surface.measure import total_area
 from craftmesh.types import Crack, Surface, TetMesh
 from craftmesh.voxels.generate import generate
 from craftmesh.voxels.options import GenerateOptions
@@ -40,22 +38,8 @@ CASES = {
 }
 
 
-def seconds() -> float:
-    """Return the CPU seconds of this process and its children."""
-    own, others = getrusage(RUSAGE_SELF), getrusage(RUSAGE_CHILDREN)
-    return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
-
-
-def anew(plain: Surface, crack: Crack, sizing: Sizing) -> TetMesh:
-    """Return the mesh of an increment, all stages anew."""
-    cut, _ = insert_crack(plain, crack, sizing)
-    fitted, _ = gradate(cut, sizing, crack=crack)
-    volume, _ = mesh_volume(fitted, sizing)
-    return assemble(volume.surface, volume.grain_tets, crack)[0]
-
-
 def quality(mesh: TetMesh) -> dict:
-    """Return the mean aspect ratio, counts of elements by fault and the least dihedral angle."""
+    """Return the mean aspect ratio, counts of elements by fault, and the area of the crack."""
     measures = shape_measures(mesh.points, mesh.tets)
     return {
         "tets": len(measures),
@@ -63,6 +47,7 @@ def quality(mesh: TetMesh) -> dict:
         "over_5": int((measures[:, 1] > 5).sum()),
         "poor": int(is_poor(measures).sum()),
         "flat": int(is_flat(measures).sum()),
+        "crack_area": round(total_area(mesh.points, mesh.outward_triangles("CRACK_LIP_A")), 2),
     }
 
 
@@ -116,32 +101,23 @@ def run(case: str, increments: int, with_anew: bool, most: float) -> list[dict]:
         crack = crack_of(plain, case, increment)
         sizing = sizing_around(plain, Defects(crack), SIZES)
         row: dict = {"increment": increment}
-        start = seconds()
+        start = cpu_seconds()
         if mesh is None:
-            mesh = anew(plain, crack, sizing)
+            mesh, *_ = mesh_from_scratch(plain, crack, sizing, options, None, 1, silent)
             history = history_of(mesh, sizing)
         else:
             found = renew_mesh(mesh, history, plain, crack, sizing, options)
             row |= found.report["renewed"] | {"kept": round(kept(mesh, found), 4)}
             row["notes"] = list(found.warnings)
             mesh, history = found.mesh, found.history
-        row |= {"cpu": round(seconds() - start, 2)} | quality(mesh)
-        row["crack_area"] = _lip_area(mesh)
+        row |= {"cpu": round(cpu_seconds() - start, 2)} | quality(mesh)
         if with_anew and increment:
-            start = seconds()
-            other = anew(plain, crack, sizing)
-            row["anew"] = {"cpu": round(seconds() - start, 2), "crack_area": _lip_area(other)} | quality(
-                other
-            )
+            start = cpu_seconds()
+            other, *_ = mesh_from_scratch(plain, crack, sizing, options, None, 1, silent)
+            row["anew"] = {"cpu": round(cpu_seconds() - start, 2)} | quality(other)
         print(json.dumps(row), flush=True)
         rows.append(row)
     return rows
-
-
-def _lip_area(mesh: TetMesh) -> float:
-    corners = mesh.points[mesh.outward_triangles("CRACK_LIP_A")]
-    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return round(float(np.linalg.norm(vectors, axis=1).sum() / 2), 2)
 
 
 def main() -> None:

@@ -121,7 +121,7 @@ class Campaign:
         return {"before": f"{before}/volume.vtu", "sizing_before": f"{before}/sizing.npz", **numbers}
 
     def renew_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh renew`: its own, and those of the stages that it runs."""
+        """Return the flags of `craftmesh renew`: its own flags and the flags of its stages."""
         settings = self.cases[case].settings
         stitch = fields_of(InsertOptions, settings["stitch"])
         return command_flags(settings["renew"] | stitch | settings["gradate"] | settings["tetrahedralize"])

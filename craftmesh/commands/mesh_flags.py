@@ -1,7 +1,7 @@
 """Flags of the subcommands that mesh: the sizing, from a file or from numbers; the given crack; fronts."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_file, warn
 from craftmesh.errors import CraftmeshError, existing, named
 from craftmesh.io.front_csv import front_table
+from craftmesh.io.json_file import read_json
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
 from craftmesh.io.stage_npz import read_sizing
 from craftmesh.io.vtk import read_crack
@@ -21,6 +22,7 @@ from craftmesh.sizing.stored import sizing_of
 from craftmesh.surface.measure import span_of
 from craftmesh.surface.side_data import coordinates_hint, covered, notes_on_place, spans_told
 from craftmesh.types import Crack, Surface
+from craftmesh.voxels.islands import Island, islands_from_json
 
 
 def add_crack(parser: argparse.ArgumentParser, what: str) -> None:
@@ -36,6 +38,26 @@ def given_crack(arguments: argparse.Namespace) -> Crack | None:
 
 def add_front(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "--front", "crack front to refine around: .csv with columns x, y, z, or a crack .vtp")
+
+
+def add_filling(parser: argparse.ArgumentParser) -> None:
+    """Add --islands and --workers, which `given_islands` and `checked_workers` read."""
+    add_file(parser, "--islands", "voids and embedded grains .json")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
+
+
+def given_islands(arguments: argparse.Namespace) -> Sequence[Island]:
+    """Return the islands in the file of --islands; none without it."""
+    file = arguments.islands
+    return islands_from_json(read_json(file), str(file)) if file else ()
+
+
+def checked_workers(arguments: argparse.Namespace) -> int:
+    """Return the number of --workers; raises CraftmeshError if it is below 1."""
+    workers: int = arguments.workers
+    if workers < 1:
+        raise CraftmeshError(f"--workers is {workers}; expected a number >= 1")
+    return workers
 
 
 def add_sizing(parser: argparse.ArgumentParser) -> None:

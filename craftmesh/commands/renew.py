@@ -8,20 +8,18 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import stored_sizing
+from craftmesh.commands.mesh_flags import add_filling, checked_workers, given_islands, stored_sizing
 from craftmesh.commands.mesh_output import write_mesh
 from craftmesh.commands.stage_io import add_file, add_output, add_report, warn
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.gradate import GradateOptions
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.io.json_file import read_json
 from craftmesh.io.stage_npz import read_map, write_map
 from craftmesh.io.vtk import read_crack, read_surface, read_tets
 from craftmesh.progress import ProgressLine
 from craftmesh.renewal.options import RenewOptions
 from craftmesh.renewal.renew import History, StageOptions, history_of, renew_mesh
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.voxels.islands import islands_from_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,16 +34,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(flag, type=Path, required=True, metavar="FILE", help=what)
     add_file(parser, "--map-before", "map .npz of the increment before, if that was renewed, too")
     add_file(parser, "--map", "write node and element numbers, old to new, to this .npz")
-    add_file(parser, "--islands", "voids and embedded grains .json")
     add_file(parser, "--front-csv", "ordered front nodes with their frames")
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
+    add_filling(parser)
     add_report(parser)
     add_options(parser, RenewOptions, InsertOptions, GradateOptions, TetrahedralizeOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    if arguments.workers < 1:
-        raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
+    workers = checked_workers(arguments)
     kinds = RenewOptions, InsertOptions, GradateOptions, TetrahedralizeOptions
     options = StageOptions(*(options_from(arguments, kind) for kind in kinds))
     mesh, sizing = read_tets(arguments.before), stored_sizing(arguments.sizing)
@@ -59,13 +55,10 @@ def run(arguments: argparse.Namespace) -> None:
             f"{arguments.map_before}: has lengths of {len(history.lengths)} nodes, but {arguments.before} "
             f"has {len(mesh.points)} nodes; give the map of that mesh"
         )
-    file = arguments.islands
-    islands = islands_from_json(read_json(file), str(file)) if file else ()
+    islands = given_islands(arguments)
     crack, surface = read_crack(arguments.crack), read_surface(arguments.surface)
     with ProgressLine("renew") as progress:
-        found = renew_mesh(
-            mesh, history, surface, crack, sizing, options, islands, arguments.workers, progress
-        )
+        found = renew_mesh(mesh, history, surface, crack, sizing, options, islands, workers, progress)
     warn(*found.warnings)
     if arguments.map is not None:
         write_map(arguments.map, found.numbers._asdict() | found.history._asdict())

@@ -9,11 +9,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import check_sizing, given_sizing
+from craftmesh.commands.mesh_flags import (
+    add_filling,
+    check_sizing,
+    checked_workers,
+    given_islands,
+    given_sizing,
+)
 from craftmesh.commands.mesh_output import add_mesh_flags, write_assembled
-from craftmesh.commands.stage_io import add_file, add_output, tell, warn
+from craftmesh.commands.stage_io import add_output, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
-from craftmesh.io.json_file import read_json
 from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_facets, write_surface
 from craftmesh.progress import ProgressLine
@@ -22,14 +27,12 @@ from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk
 from craftmesh.tetrahedra.volume import fill_grains, mesh_volume
 from craftmesh.types import Surface
-from craftmesh.voxels.islands import islands_from_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="gradated surface .vtp")
     add_output(parser, "mesh .vtu with the crack opened; with --chunk the chunk's grains .npz")
-    add_file(parser, "--islands", "voids and embedded grains .json")
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
+    add_filling(parser)
     parser.add_argument(
         "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
     )
@@ -40,13 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     check_sizing(arguments)
     surface = read_surface(arguments.surface)
-    if arguments.workers < 1:
-        raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
+    workers = checked_workers(arguments)
     if arguments.chunk is not None and arguments.front_csv is not None:
         raise CraftmeshError("--front-csv needs all grains, not a --chunk; give it to craftmesh assemble")
-    options, file = options_from(arguments, TetrahedralizeOptions), arguments.islands
-    islands = islands_from_json(read_json(file), str(file)) if file else ()
-    sizing, workers = given_sizing(arguments, surface), arguments.workers
+    options, islands = options_from(arguments, TetrahedralizeOptions), given_islands(arguments)
+    sizing = given_sizing(arguments, surface)
     try:
         with ProgressLine("tetrahedralize") as progress:
             if arguments.chunk is None:

@@ -192,7 +192,7 @@ def halve_longest(gradation: Gradation, limits: Limits) -> int:
 
 
 def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, share: float) -> int:
-    """Split those of `edges` (e, 2), in order, that are over limits.split and have acceptable halves.
+    """Split `edges` (e, 2), in order, if they are over limits.split and have acceptable halves.
 
     A half must have at least `share` times its parent's score. Halves lie in the parent or on the input's
     crack or front, so volumes, distances and lengths are not checked. Return the number of splits.

@@ -151,7 +151,7 @@ def _columns(
 
     If da/dN is known, every row has the load cycles to this front and their doubt, da/dN, and the cycles
     for the node's extension at that rate, NaN at nodes that stay. Delta K and R are included if `by_pair`:
-    if two load cases form the cycle, or blocks; they are those of the largest load.
+    if two load cases form the cycle, or blocks; they belong to the largest load.
     """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}

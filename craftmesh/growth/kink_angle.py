@@ -43,7 +43,7 @@ def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
     """
     if options.criterion == SLIP:
         if np.isnan(front.slip_angle).any():
-            raise CraftmeshError("grow.criterion is slip, but slip_angle is NaN; pass those of slip_ways")
+            raise CraftmeshError("grow.criterion is slip, but slip_angle is NaN; pass slip_ways' angles")
         return front.slip_angle
     if options.criterion == NEAR_FIELD:
         angle, pull = largest_near_stress(opened(front.k), in_crystals(front))

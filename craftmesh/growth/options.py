@@ -136,7 +136,7 @@ class GrowthOptions(Options):
             )
 
     def cycles(self) -> tuple[Block, ...]:
-        """Return the load cycles: those of `blocks`, else one by `cycle` and `stress_ratio`.
+        """Return the load cycles of `blocks`, or else one cycle by `cycle` and `stress_ratio`.
 
         Raise CraftmeshError for a row of another form, and for loads out of order or out of bounds.
         """

@@ -119,7 +119,7 @@ def table(*pairs: float) -> RateLaw:
 
 
 def table_of_ratios(*triples: float) -> RateLaw:
-    """Return the law through points R, Delta K, da/dN: `_through` those of one R, ln(da/dN) linear in R.
+    """Return the law through points R, Delta K, da/dN: by `_through` for each R, ln(da/dN) linear in R.
 
     The threshold is linear in R too. Beyond the smallest and largest R in the table these apply; Delta K of
     a smaller R is that of the smallest R at the same largest load.

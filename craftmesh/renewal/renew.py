@@ -100,13 +100,27 @@ def renew_mesh(
         return _with_new_part(before, history, surface, crack, sizing, options, workers)
     except CraftmeshError as error:
         why = f"the mesh is made from scratch: {error}"
+    mesh, report, warnings = mesh_from_scratch(surface, crack, sizing, options, islands, workers, progress)
+    gone = NumberMap(np.full(len(before.points), -1), np.full(len(before.tets), -1))
+    told = report | {"renewed": {"share": 1.0, "elements_kept": 0}}
+    return Renewed(mesh, history_of(mesh, sizing), gone, told, (why, *warnings))
+
+
+def mesh_from_scratch(
+    surface: Surface,
+    crack: Crack,
+    sizing: Sizing,
+    options: StageOptions,
+    islands: Sequence[Island] | None,
+    workers: int,
+    progress: Callable[[float, str], None],
+) -> tuple[TetMesh, dict[str, Any], tuple[str, ...]]:
+    """Return the 4-node mesh of a crack in a surface without a crack, a report, and warnings."""
     cut, _ = insert_crack(surface, crack, sizing, options.insert, progress)
     fitted, _ = gradate(cut, sizing, options.gradate, progress, crack=crack)
     volume, _ = mesh_volume(fitted, sizing, options.tetrahedralize, islands, workers, progress)
     mesh, report = assemble(volume.surface, volume.grain_tets, crack)
-    gone = NumberMap(np.full(len(before.points), -1), np.full(len(before.tets), -1))
-    told = report | {"meshing": volume.record, "renewed": {"share": 1.0, "elements_kept": 0}}
-    return Renewed(mesh, history_of(mesh, sizing), gone, told, (why, *volume.warnings))
+    return mesh, report | {"meshing": volume.record}, volume.warnings
 
 
 def _with_new_part(

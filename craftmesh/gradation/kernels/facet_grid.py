@@ -177,9 +177,9 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low
 
 @lean_kernel
 def list_hits(grid, near, points, a, b, c):
-    """Write to grid.hits those of the first `near` candidates whose bounds meet facet (a, b, c)'s bounds.
+    """Write to grid.hits the ids of the first `near` candidates whose bounds meet the bounds of (a, b, c).
 
-    Return their number. The bounds are compared without a branch.
+    (a, b, c) is a facet. Return the number of hits. The bounds are compared without a branch.
     """
     candidate, bounds, met, hits = grid.candidate, grid.bounds, grid.met, grid.hits
     x0 = min(points[a, 0], points[b, 0], points[c, 0])

@@ -145,7 +145,7 @@ def _height(points, sheet, v):
 
 @lean_kernel
 def keep_foreign(state, grid, star, sheet, near):
-    """Keep those of the grid's `near` candidates that are of other patches and may meet the new facets.
+    """Keep the candidates, of the grid's `near` ones, that have other patches and may meet the new facets.
 
     Return their number, or -1 if the star is not a sheet because of the candidates.
     """

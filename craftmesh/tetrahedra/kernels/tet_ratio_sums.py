@@ -32,7 +32,7 @@ def filled(count):
 def fill_table(points, faces, count, table):
     """Fill the table (TABLE_ROWS, f) for the first `count` faces (f, 3), each positive with the apex.
 
-    The columns from there to `filled(count)` are those of the last face.
+    The columns from there to `filled(count)` repeat the column of the last face.
     """
     for i in range(count):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
