@@ -19,6 +19,7 @@ from craftmesh.growth.front_extensions import front_extensions as front_extensio
 from craftmesh.growth.grow_crack import grow_crack as grow_crack
 from craftmesh.growth.grow_crack import last_step as last_step
 from craftmesh.growth.grow_crack import step_columns as step_columns
+from craftmesh.growth.load_history import rainflow_blocks as rainflow_blocks
 from craftmesh.growth.options import GrowthOptions as GrowthOptions
 from craftmesh.growth.options import SmoothingOptions as SmoothingOptions
 from craftmesh.insertion.insert import insert_crack as insert_crack

@@ -4,8 +4,13 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# no time limit for an example: machines are shared, and a first call may compile a kernel
+settings.register_profile("craftmesh", deadline=None)
+settings.load_profile("craftmesh")
 
 
 @pytest.hookimpl(tryfirst=True)  # before those that are not asked for are left out

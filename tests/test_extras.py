@@ -20,7 +20,7 @@ MODULES = {"pynrrd": "nrrd", "pillow": "PIL", "pyyaml": "yaml"}
 BROUGHT = {"llvmlite": "numba", "markupsafe": "jinja2", "mpl_toolkits": "matplotlib"}
 NOT_IMPORTED = {"lxml", "snakemake-executor-plugin-slurm"}  # by trimesh, by Snakemake
 OF_ABAQUS = "craftmesh.processes.abaqus_displacements"  # runs in Abaqus' Python
-DOORED = ("formats", "pictures", "tetwild", "workflow")
+DOORED = ("formats", "pictures", "spectrum", "tetwild", "workflow")
 
 
 def imported_by(requirements: list[str]) -> set[str]:

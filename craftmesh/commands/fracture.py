@@ -16,11 +16,12 @@ from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import stress_intensities
 from craftmesh.growth.front_extensions import counted_front, front_extensions
 from craftmesh.growth.kink_angle import SlipField
+from craftmesh.growth.load_history import rainflow_blocks
 from craftmesh.growth.options import GrowthOptions, check_cycle
 from craftmesh.growth.trust import doubted_sentence
 from craftmesh.io.front_csv import LOAD_CASE, rows_by_load, write_front
 from craftmesh.io.json_file import read_json, write_json
-from craftmesh.io.model_tables import read_blocks, read_slip_table
+from craftmesh.io.model_tables import read_blocks, read_load_history, read_slip_table
 from craftmesh.io.stage_npz import read_solutions
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.model import elastic_model
@@ -53,7 +54,8 @@ def run(arguments: argparse.Namespace) -> None:
     known, growth = known_of_files(arguments), options_from(arguments, GrowthOptions)
     if growth.block_table:
         with named(growth.block_table):
-            rows = read_blocks(existing(Path(growth.block_table)))
+            loads = read_load_history(existing(Path(growth.block_table)))
+            rows = read_blocks(growth.block_table) if loads is None else rainflow_blocks(loads)
             growth = replace(growth, blocks=rows, block_table="")
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
     solutions = read_solutions(existing(arguments.solution))

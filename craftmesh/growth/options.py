@@ -95,7 +95,9 @@ class GrowthOptions(Options):
         "CYCLES,LARGEST,SMALLEST; a load is a factor on the first load, a load case, or FACTOR*CASE",
     )
     block_table: str = option(
-        "", "CSV of such rows in place of blocks: columns cycles, largest and smallest"
+        "",
+        "CSV of such rows in place of blocks: columns cycles, largest and smallest; or with the column "
+        "load, a load history, which rainflow counts",
     )
     toughness: float | None = option(
         None, "K_c: growth ends where the driving force at the largest load reaches it", above=0

@@ -24,6 +24,7 @@ _PRINT = re.compile(
 ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
 _PLANE = re.compile(r"slip_(-?\d)(-?\d)(-?\d)")
 OCTAHEDRAL = ("111", "-111", "1-11", "11-1")
+HISTORY = ("load",)
 PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
 
@@ -199,19 +200,28 @@ def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.
     return points, values[PRESSURE][:, 0], values[TRACTION]
 
 
+def read_load_history(path: str | os.PathLike) -> np.ndarray | None:
+    """Return the column load (k,) of a table; None if it has no such column.
+
+    Raises CraftmeshError for cells that are not finite numbers.
+    """
+    table = read_table(path, ["cycles"], HISTORY)
+    return table.numbers(HISTORY)[:, 0] if table.has(HISTORY) else None
+
+
 def read_blocks(path: str | os.PathLike) -> tuple[str, ...]:
     """Return the rows CYCLES,LARGEST,SMALLEST of a table with these columns, in small letters.
 
     Raises CraftmeshError if one is missing.
     """
     names = ("cycles", "largest", "smallest")
-    table = read_table(path, names[:1])
+    table = read_table(path, names[:1], HISTORY)
     columns = [table.words(name) for name in names]
     known = [column for column in columns if column is not None]
     if len(known) < len(names) or not known[0]:
         raise CraftmeshError(
             f"{path}: its columns are {', '.join(table.names) or 'not named'}, its rows {len(table.rows)}; "
-            f"expected {', '.join(names)} and rows of load cycles"
+            f"expected {', '.join(names)} and rows of load cycles, or the column load of a load history"
         )
     return tuple(map(",".join, zip(*known)))
 

@@ -17,6 +17,7 @@ from craftmesh.cli import main
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import UNSTABLE, YIELDS, kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
+from craftmesh.growth.load_history import rainflow_blocks
 from craftmesh.growth.net_section import section_area
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates, opening_level
@@ -180,6 +181,32 @@ def test_blocks_name_load_cases_whose_modes_differ():
     assert block.da_dn == pytest.approx(pair.da_dn) and block.ratio == pytest.approx(pair.ratio)
 
 
+def test_rainflow_counts_the_published_history():
+    """ASTM E1049-85, 5.4.5, fig. 7: cycles of range 4 by 1.5, 6, 8 and 9, of whole cycles 4, 4, 7 and 9."""
+    rows = rainflow_blocks(np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2]) + 4.0)
+    found = sorted(
+        (float(top) - float(low), float(number)) for number, top, low in (r.split(",") for r in rows)
+    )
+    assert found == [(3, 1), (4, 1), (7, 1), (9, 1)]
+
+
+@given(st.lists(st.floats(-1, 1).map(lambda x: round(x, 3)), min_size=1, max_size=40), st.integers(0, 39))
+def test_rainflow_does_not_depend_on_where_a_repeated_history_starts(history, start):
+    history = [1.5, *history, 0.25]
+    turned = history[start % len(history) :] + history[: start % len(history)]
+    rows = rainflow_blocks(history)
+    assert rows == rainflow_blocks(turned)
+    blocks = GrowthOptions(blocks=rows).cycles()
+    assert max(block.largest[0] for block in blocks) == 1.5
+    assert all(block.number == int(block.number) for block in blocks)
+
+
+@pytest.mark.parametrize("history", [[], [1.0], [0.0, -1.0], [1.0, float("nan")]])
+def test_histories_without_a_cycle_in_tension_are_refused(history):
+    with pytest.raises(CraftmeshError, match="^load history: "):
+        rainflow_blocks(history)
+
+
 @pytest.mark.parametrize(
     "row", ["1,1", "0,1,0", "1,-1,-2", "1,1,1", "1,1,-3", "x,1,0", "1,1,0,0", "1,nan,0"]
 )
@@ -298,7 +325,13 @@ def test_the_verbs_end_growth_at_k_c_and_at_net_section_yield(tmp_path, capsys):
     table = ["--block-table", str(tmp_path / "blocks.csv"), "--coefficient", "1e-12"]
     assert main([*step, *table]) == 0
     assert (read_front(tmp_path / "sif.csv")["da_dN"] == columns["da_dN"]).all()
+    history = "time,load\n" + "".join(f"{t},{load}\n" for t, load in enumerate([1, 0] * 10 + [0.5, 0]))
+    (tmp_path / "blocks.csv").write_text(history)
+    assert main([*step, *table]) == 0
+    assert read_front(tmp_path / "sif.csv")["da_dN"] == pytest.approx(columns["da_dN"], rel=1e-12)
     for text, said in (
+        ("load\n1\nx\n", "blocks.csv, line 3: load is 'x'; expected a finite number"),
+        ("load\n1\n1\n", "blocks.csv: load history: its 2 loads have no cycle"),
         ("cycles,largest\n1,1\n", "blocks.csv: its columns are cycles, largest, its rows 1; expected"),
         ("cycles,largest,smallest\n1,1,2\n", "blocks.csv: blocks: '1,1,2' is no row"),
     ):
