@@ -15,7 +15,7 @@ from craftmesh.campaign.campaign import command_flags
 from craftmesh.campaign.config_schema import CRACK, SECTIONS, config_schema, option_class
 from craftmesh.campaign.configuration import completed
 from craftmesh.commands.flags import Parser, add_options, options_from
-from craftmesh.cracks.options import BY_FILES, BY_NUMBERS, IN_BOUNDARIES, Shape
+from craftmesh.cracks.options import BY_FILES, BY_NUMBERS, OF_GRAINS, Shape
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import DEGREES, RADIANS
 from craftmesh.io.volume_format import AUTO, SUFFIXES
@@ -199,7 +199,7 @@ def test_what_is_expected_is_said(path, values, said):
 
 
 def test_choices_in_types_are_those_that_the_code_knows():
-    assert get_args(Shape) == (*BY_NUMBERS, *BY_FILES, IN_BOUNDARIES)
+    assert get_args(Shape) == (*BY_NUMBERS, *BY_FILES, *OF_GRAINS)
     assert get_args(Format) == (AUTO, *SUFFIXES)
     assert get_args(Quantity) == tuple(QUANTITIES)
     assert choices_of(hints_of(ReadOptions)["background"]) == (AUTO, UNINDEXED, VOID, GRAIN)

@@ -20,7 +20,7 @@ from craftmesh.campaign.meaning import check_meaning, small_cracks
 from craftmesh.campaign.paths import files_of, read_path, with_paths, written_path
 from craftmesh.campaign.phases import phase_notes
 from craftmesh.campaign.sheet import Rules, read_cases
-from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
+from craftmesh.cracks.options import OF_GRAINS, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.deck.options import OF_THE_FILE
 from craftmesh.errors import named
@@ -143,9 +143,9 @@ class Campaign:
         return [self.cases[case].settings["cracks"][name] for name in self.cases[case].cracks]
 
     def crack_surface(self, case: str, inc: str) -> dict[str, str]:
-        """Return {"surface": file} of the grains if a crack follows grain boundaries; else {}."""
-        shapes = [keys.get("shape") for keys in self.crack_options(case, inc)]
-        return {"surface": f"{self.results}/{case}/remeshed.vtp"} if IN_BOUNDARIES in shapes else {}
+        """Return {"surface": file} of the grains if a crack's shape is made from them; else {}."""
+        is_of_grains = any(keys.get("shape") in OF_GRAINS for keys in self.crack_options(case, inc))
+        return {"surface": f"{self.results}/{case}/remeshed.vtp"} if is_of_grains else {}
 
     def crack_files(self, case: str, inc: str) -> list[str]:
         """Return the files that describe the cracks of an increment; prescribed shapes have none."""

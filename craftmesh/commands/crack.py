@@ -1,4 +1,4 @@
-"""Make the crack of one increment: from a shape, from files, or along grain boundaries."""
+"""Make the crack of one increment: from a shape, from files, along grain boundaries or on a slip plane."""
 
 import argparse
 from dataclasses import fields, replace
@@ -10,20 +10,22 @@ from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
+from craftmesh.cracks.in_slip_plane import crack_in_slip_plane
 from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
-from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files, given_file
+from craftmesh.cracks.options import IN_BOUNDARIES, OF_GRAINS, CrackOptions, crack_files, given_file
 from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.cracks.two_sided import middle_sheet
 from craftmesh.cracks.voxel_crack import crack_through_voxels
-from craftmesh.errors import CraftmeshError, existing, existing_file, named
+from craftmesh.errors import CraftmeshError, existing, existing_file, named, told
 from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.point_files import read_points
 from craftmesh.io.surface_files import LISTED, read_triangles
 from craftmesh.io.vtk import read_body, read_crack, read_surface, write_crack
+from craftmesh.mechanics.orientation import quaternion_to_matrix
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
-from craftmesh.types import Voxels
+from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.reading import read_marked
 
 LENGTHS = ("l_min", "l0")  # the sizing options on which l_min depends
@@ -38,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(
         parser,
         "--surface",
-        "surface .vtp before any crack, with the boundaries for shape boundaries; default: the volume",
+        "surface .vtp before any crack, with the grains of shapes boundaries and slip_plane; "
+        "default: the volume",
     )
     add_file(parser, "--previous", "crack .vtp of the previous increment; a smaller crack is rejected")
     add_report(parser)
@@ -65,15 +68,10 @@ def run(arguments: argparse.Namespace) -> None:
     l_min = sizing_for(None, np.zeros((0, 3)), known).l_min
     given = options_of(arguments)
     for number, options in enumerate(given, 1):
-        if options.shape == IN_BOUNDARIES:
-            path = arguments.surface or arguments.volume
-            if path.suffix != ".vtp":
-                raise CraftmeshError(
-                    f"shape boundaries with {path}: the shape needs the grain boundaries of a surface; "
-                    "give --surface, a .vtp of craftmesh remesh"
-                )
-            cracks.append(crack_in_boundaries(read_surface(existing(path)), options, increment))
-            report: Numbers = {}
+        if options.shape in OF_GRAINS:
+            surface_file = arguments.surface or arguments.volume
+            crack, report = crack_of_grains(options, increment, surface_file, grid, l_min)
+            cracks.append(crack)
         else:
             surface, report = given_surface(options, increment, box, grid, l_min)
             if surface is not None:
@@ -88,6 +86,35 @@ def run(arguments: argparse.Namespace) -> None:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)
     tell(reports if len(reports) > 1 else reports["crack_1"], arguments.report)
+
+
+def crack_of_grains(
+    options: CrackOptions, increment: int, path: Path, grid: Voxels | None, l_min: float
+) -> tuple[Crack, Numbers]:
+    """Return a crack made from the surface of grains in a .vtp, and a report.
+
+    The report has the normal of a slip plane, in sample axes. grid: the voxels with the grains'
+    orientations, which shape slip_plane needs. Raises CraftmeshError.
+    """
+    check_crack(options, increment)
+    if path.suffix != ".vtp":
+        raise CraftmeshError(
+            f"shape {options.shape} with {path}: the shape needs the grain boundaries of a surface; "
+            "give --surface, a .vtp of craftmesh remesh"
+        )
+    surface = read_surface(existing(path))
+    if options.shape == IN_BOUNDARIES:
+        return crack_in_boundaries(surface, options, increment), {}
+    turns = np.zeros((0, 4)) if grid is None or grid.orientations is None else grid.orientations
+    grain = int(options.grain or 0)
+    if grain >= len(turns) or np.isnan(turns[grain]).any():
+        raise CraftmeshError(
+            f"crack.grain is {grain}, whose orientation is not known; shape slip_plane needs a labels .npz "
+            "with the orientations of the grains"
+        )
+    normal = quaternion_to_matrix(turns[grain]) @ np.asarray(options.plane, float)
+    normal /= np.linalg.norm(normal)
+    return crack_in_slip_plane(surface, options, increment, normal, l_min), {"normal": told(normal)}
 
 
 def given_surface(

@@ -21,7 +21,7 @@ from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects, notes_on_sources
 from craftmesh.commands.stage_io import add_config, add_report, warn
 from craftmesh.cracks.near_faces import refuse_near_faces
-from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
+from craftmesh.cracks.options import BY_NUMBERS, OF_GRAINS, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
 from craftmesh.cracks.sheets import one_crack, sheets
@@ -145,14 +145,14 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
     """Return estimates of an increment's cracks by name, before anything is solved.
 
     A growing crack of a shape by numbers is enlarged by one step per increment. A growing crack from files
-    stays the first one. A crack along grain boundaries counts as a penny of its radius. Raises
+    stays the first one. A crack in grains counts as a penny of its radius. Raises
     CraftmeshError that names the crack if it is outside the box or if its file cannot be read.
     """
     cracks = {}
     for name in case.cracks:
         crack_options = CrackOptions(**case.settings["cracks"][name])
-        if crack_options.shape == IN_BOUNDARIES:
-            if not is_sized(crack_options):
+        if crack_options.shape in OF_GRAINS:
+            if not is_sized(crack_options) or crack_options.centre is None:
                 continue
             radius, _ = semi_axes(crack_options, increment)
             crack_options = CrackOptions(centre=crack_options.centre, radius=radius)
@@ -281,5 +281,5 @@ def notes(campaign: Campaign) -> Iterator[str]:
         left_out = [key for key in UNCOUNTED if case.settings["sizing"][key]]
         if left_out:
             yield f"case {case.name}: elements for sizing.{', sizing.'.join(left_out)} are not counted"
-        if any(case.settings["cracks"][name]["shape"] == IN_BOUNDARIES for name in case.cracks):
-            yield f"case {case.name}: its crack along grain boundaries is counted as a penny of its radius"
+        if any(case.settings["cracks"][name]["shape"] in OF_GRAINS for name in case.cracks):
+            yield f"case {case.name}: its crack in grains is counted as a penny of its radius"

@@ -17,9 +17,19 @@ BY_FILES = {
     "path": "the columns x and y of a path measured in a plane in .csv",
     "voxels": "labels in .npz, .npy, .vti, .dream3d or .tif",
 }
-IN_BOUNDARIES = "boundaries"
+IN_BOUNDARIES, SLIP_PLANE = "boundaries", "slip_plane"
+OF_GRAINS = (IN_BOUNDARIES, SLIP_PLANE)  # shapes made from the surfaces of grains
 Shape = Literal[
-    "penny", "ellipse", "through_edge", "surface", "points", "fronts", "path", "voxels", "boundaries"
+    "penny",
+    "ellipse",
+    "through_edge",
+    "surface",
+    "points",
+    "fronts",
+    "path",
+    "voxels",
+    "boundaries",
+    "slip_plane",
 ]
 _PLANE, _SERIES = ("centre", "normal", "axis"), ("growth", "increments")
 # Keys that each shape uses; any other key is rejected, because it would have no effect.
@@ -33,6 +43,7 @@ TAKEN = {
     "path": ("file", *_PLANE, "radius", "scale", "start", "slant", "growth"),
     "voxels": ("file", "label", "spacing", "increments"),
     IN_BOUNDARIES: ("boundaries", "centre", "radius", *_SERIES),
+    SLIP_PLANE: ("grain", "plane", "centre", "radius", *_SERIES),
 }
 
 
@@ -90,6 +101,11 @@ class CrackOptions(Options):
         None,
         "shape boundaries: pairs of grains whose common boundaries crack, such as 3-7; with a radius, "
         "only within that distance of centre",
+    )
+    grain: int | None = option(None, "shape slip_plane: the grain that cracks", at_least=1)
+    plane: tuple[int, int, int] | None = option(
+        None,
+        "shape slip_plane: Miller indices of the plane, its normal in the crystal's axes, such as 1 -1 1",
     )
     growth: float = option(
         0.0, "length added to radius, semi-axes or depth per increment", "model units", at_least=0

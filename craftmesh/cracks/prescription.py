@@ -8,6 +8,8 @@ from craftmesh.cracks.options import (
     BY_FILES,
     BY_NUMBERS,
     IN_BOUNDARIES,
+    OF_GRAINS,
+    SLIP_PLANE,
     CrackOptions,
     given_file,
     of_series,
@@ -25,16 +27,22 @@ def check_crack(options: CrackOptions, increment: int) -> None:
         raise CraftmeshError("crack.front is not given; expected the csv of the front of a point cloud")
     if options.shape == IN_BOUNDARIES:
         boundary_pairs(options)
+    if options.shape == SLIP_PLANE and not (options.grain and np.any(options.plane)):
+        raise CraftmeshError(
+            f"crack.grain is {_shown(options.grain)} and crack.plane {_shown(options.plane)}; shape "
+            "slip_plane needs a grain and Miller indices that are not all 0"
+        )
     if is_sized(options):
-        vector("centre", options.centre)
         sizes = semi_axes(options, increment)
-        if options.shape != IN_BOUNDARIES:
+        if options.shape != SLIP_PLANE:
+            vector("centre", options.centre)
+        if options.shape not in OF_GRAINS:
             frame_of(options, sizes)
 
 
 def is_sized(options: CrackOptions) -> bool:
-    """Return whether the options give the crack a size; shape boundaries has one only with a radius."""
-    if options.shape == IN_BOUNDARIES:
+    """Return whether the options give the crack a size; shapes OF_GRAINS have one only with a radius."""
+    if options.shape in OF_GRAINS:
         return options.radius is not None or bool(options.increments)
     return options.shape in (*BY_NUMBERS, "path")
 

@@ -152,6 +152,7 @@ WRONG_CRACKS = [
     (BOUNDARIES | {"boundaries": ["3"]}, "boundaries has '3'; expected two grains"),
     ({"shape": "boundaries"}, "boundaries is not given"),
     (BOUNDARIES | {"radius": 4}, "centre is not given"),
+    ({"shape": "slip_plane", "grain": 3}, "grain is 3 and crack.plane not given; shape slip_plane needs"),
 ]
 
 
