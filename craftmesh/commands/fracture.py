@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> None:
             with named(arguments.last):
                 last = counted_front(read_json(arguments.last).get("growth", {}))
         if table:
-            slip = SlipField(*read_slip_table(existing(Path(table))), table)
+            slip = SlipField(*read_slip_table(existing(Path(table))), source=table)
         own, report["growth"] = front_extensions(crack, model, solutions, found, growth, last, slip)
         columns[next(iter(columns), "")] = own
     written = rows_by_load(columns)

@@ -24,6 +24,7 @@ from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.progress import ProgressLine
 from craftmesh.solve.options import ABAQUS, BUILTIN, CALCULIX, EXTERNAL, FIELD, SolveOptions, waited_for
 from craftmesh.solve.solve import solve_model
+from craftmesh.types import TetMesh
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
         shutil.rmtree(folder)
     write_solutions(output, solutions)
     if arguments.slip_table:
-        _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
+        _write_slip(arguments.slip_table, model.mesh, slip, materials)
     if arguments.vtu:
         displacement = next(iter(solutions.values())).displacement
         found, mesh = grain_stress(model, displacement), model.mesh
@@ -105,11 +106,12 @@ def _field_of(
 
 
 def _write_slip(
-    path: Path, points: np.ndarray, slip: np.ndarray | None, materials: UserMaterials | None
+    path: Path, mesh: TetMesh, slip: np.ndarray | None, materials: UserMaterials | None
 ) -> None:
-    """Write a table for `read_slip_table`: points and the slip on each plane, summed over its systems.
+    """Write a table for `read_slip_table`: nodes and the slip on each plane, summed over its systems.
 
-    points (n, 3); slip (n, s): of the systems. Raises CraftmeshError if no material defines slip planes.
+    slip (n, s): slip of the systems at the nodes. Nodes that grains share are left out: their slip is a
+    mean over these grains. Raises CraftmeshError if no material defines slip planes.
     """
     of = [one.slip_planes for one in materials.by_phase.values()] if materials else []
     planes = next((names for names in of if slip is not None and len(names) == slip.shape[1]), ())
@@ -118,7 +120,12 @@ def _write_slip(
             "--slip-table: the user material does not assign state variables to the slip of planes; "
             "give its template slip and slip_planes of equal length"
         )
-    columns = {f"slip_{plane}": np.zeros(len(points)) for plane in planes}
-    for plane, own in zip(planes, slip.T):
+    low, high = np.full(len(mesh.points), np.iinfo(np.int32).max), np.zeros(len(mesh.points), np.int32)
+    of_corner = np.broadcast_to(mesh.grain[:, None], mesh.tets.shape)
+    np.minimum.at(low, mesh.tets, of_corner)
+    np.maximum.at(high, mesh.tets, of_corner)
+    inner = low == high
+    columns = {f"slip_{plane}": np.zeros(inner.sum()) for plane in planes}
+    for plane, own in zip(planes, slip[inner].T):
         columns[f"slip_{plane}"] += own
-    write_front(path, {"points": points} | columns)
+    write_front(path, {"points": mesh.points[inner], "grain": low[inner]} | columns)

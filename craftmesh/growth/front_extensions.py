@@ -141,7 +141,7 @@ def _slip_angles(
         raise CraftmeshError(
             f"slip_table is {options.slip_table!r}, but only commands read it; pass its content as `slip`"
         )
-    return slip_ways(frames, front.orientation, slip, options.ring)
+    return slip_ways(frames, front.orientation, slip, options.ring, front.grain)
 
 
 def _columns(

@@ -203,22 +203,28 @@ class SlipField:
     """Activity of slip planes at points (k, 3).
 
     normals (p, 3): plane normals in crystal axes. activity (k, p): accumulated slip of each plane, or any
-    fatigue indicator that grows with it. source: name of the table in error messages.
+    fatigue indicator that grows with it. grain (k,): grain of each point, None if unknown. source: name of
+    the table in error messages.
     """
 
     points: np.ndarray
     normals: np.ndarray
     activity: np.ndarray
+    grain: np.ndarray | None = None
     source: str = "slip_table"
 
 
-def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: float) -> np.ndarray:
+def slip_ways(
+    frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: float, grain: np.ndarray | None = None
+) -> np.ndarray:
     """Return kink angles (n,) in radians along the slip plane that is most active ahead of each front node.
 
     A slip plane meets the plane normal to the front in a line that points forwards. The plane's activity is
     read where this line crosses a ring around the node, of radius `ring` local edges. The angle is 0 where
-    no plane slips. turns (n, 3, 3): active rotations from crystal to sample axes at the nodes. Raise
-    CraftmeshError if the field has no point near such a crossing.
+    no plane slips. turns (n, 3, 3): active rotations from crystal to sample axes at the nodes. grain (n,):
+    grains of the nodes; if the field's points have grains, a node reads points of its grain only, and
+    planes whose line has left the grain at the ring do not count.
+    Raise CraftmeshError if the field has no such point near a crossing.
     """
     normals = np.einsum("nij,pj->npi", turns, field.normals / _length(field.normals))
     lines = np.cross(normals, frames.tangent[:, None])
@@ -227,7 +233,7 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
     angle = np.stack([angle, angle - np.copysign(np.pi, angle)], axis=2)
     goes = (np.abs(angle) <= np.pi / 2 + LEEWAY) & (_length(lines) >= np.sin(LEEWAY))
     slip = np.zeros(angle.shape)
-    tree = scipy.spatial.cKDTree(field.points)
+    tree, of_points = scipy.spatial.cKDTree(field.points), None if grain is None else field.grain
     for node, plane, sense in np.argwhere(goes):
         turn, radius = angle[node, plane, sense], ring * frames.size[node]
         way = np.cos(turn) * frames.binormal[node] + np.sin(turn) * frames.normal[node]
@@ -241,6 +247,10 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
                 f"the front: {spans_told(('its points', 'the front'), *spans)}{coordinates_hint(*spans)}; "
                 "give the slip of this increment there, or another ring (grow.ring)"
             )
+        if grain is not None and of_points is not None:
+            near = near[of_points[near] == grain[node]]
+            if not len(near):
+                continue  # there the plane's line has left the grain
         off = np.linalg.norm(field.points[near] - place, axis=1)
         weight = 1 / np.maximum(off, SAME_PLACE * radius)
         slip[node, plane, sense] = np.average(field.activity[near, plane], weights=weight)

@@ -226,12 +226,14 @@ def read_blocks(path: str | os.PathLike) -> tuple[str, ...]:
     return tuple(map(",".join, zip(*known)))
 
 
-def read_slip_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (k, 3), slip-plane normals (p, 3) in crystal axes, and the slip (k, p) on each plane.
+def read_slip_table(
+    path: str | os.PathLike,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """Return points (k, 3), normals (p, 3) of slip planes in crystal axes, slip (k, p), and grains (k,).
 
     The table has columns x, y, z, and either slip_hkl per plane, such as slip_111 or slip_1-11, or slip,
-    the same on all planes OCTAHEDRAL. Raises CraftmeshError if these are missing, and for cells that are
-    not numbers.
+    the same on all planes OCTAHEDRAL. Without a column grain, the grains are None. Raises CraftmeshError if
+    the others are missing, and for cells that are not numbers.
     """
     table = read_table(path, "xyz")
     planes = [name for name in table.names if _PLANE.fullmatch(name.casefold())]
@@ -245,4 +247,5 @@ def read_slip_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np
     columns = [name.casefold() for name in planes] or ["slip"] * len(normals)
     if not np.abs(normals).max(axis=1).all():
         raise CraftmeshError(f"{path}: slip_000 is not a plane; use Miller indices that are not all 0")
-    return table.numbers("xyz"), normals, table.numbers(columns)
+    grain = table.numbers(["grain"])[:, 0].astype(int) if table.has(["grain"]) else None
+    return table.numbers("xyz"), normals, table.numbers(columns), grain

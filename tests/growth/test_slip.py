@@ -78,6 +78,19 @@ def test_where_two_planes_slip_alike_the_side_of_the_ring_that_slips_more_decide
     assert not slip_ways(frames(), turns, SlipField(points, PLANES, 0 * slip), 2.0).any()
 
 
+def test_a_point_reads_only_its_own_grain():
+    """Above z = 0 lies grain 2, whose slip turns the front upwards; grain 1 slips on the plane down."""
+    turn = turned([1, 1, 0], [0, 0, 1])  # (111) and (11-1) hold the front, 54.74 degrees down and up
+    points = cloud()
+    grain = np.where(points[:, 2] > 0, 2, 1)
+    slip = np.where(grain[:, None] == 2, [5.0, 0, 0, 5.0], [2.0, 0, 0, 1.0])
+    turns, down = np.repeat(turn[None], 3, axis=0), np.degrees(np.arctan(np.sqrt(2)))
+    for own, known, angle in ((1, grain, -down), (1, None, down), (2, grain, down), (3, grain, 0)):
+        field = SlipField(points, PLANES, slip, known)
+        found = slip_ways(frames(), turns, field, 2.0, np.full(3, own))
+        assert np.degrees(found) == pytest.approx(angle)
+
+
 def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
     options = GrowthOptions(criterion="slip", slip_table="slip.csv", share=0.25)
     k, ways = np.tile([1.0, 0.1, 0], (2, 1)), np.radians([50.0, -50.0])
@@ -99,10 +112,15 @@ def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
 def test_tables_name_planes_or_stand_for_all_octahedral_ones(tmp_path):
     path = tmp_path / "slip.csv"
     path.write_text("x,y,z,slip_111,slip_1-11,slip_001\n0,0,0,1,2,3\n")
-    points, normals, slip = read_slip_table(path)
-    assert normals.tolist() == [[1, 1, 1], [1, -1, 1], [0, 0, 1]] and slip.tolist() == [[1, 2, 3]]
-    path.write_text("x,y,z,slip\n0,0,0,1\n")
-    points, normals, slip = read_slip_table(path)
+    points, normals, slip, grain = read_slip_table(path)
+    assert (
+        grain is None
+        and normals.tolist() == [[1, 1, 1], [1, -1, 1], [0, 0, 1]]
+        and slip.tolist() == [[1, 2, 3]]
+    )
+    path.write_text("x,y,z,grain,slip\n0,0,0,7,1\n")
+    points, normals, slip, grain = read_slip_table(path)
+    assert grain.tolist() == [7]
     assert len(normals) == len(OCTAHEDRAL) == 4 and slip.tolist() == [[1, 1, 1, 1]]
     path.write_text("x,y,z,strain\n0,0,0,1\n")
     with pytest.raises(CraftmeshError, match="expected x, y, z, and slip or"):
