@@ -160,6 +160,21 @@ def newman_raju(angle, radius: float, thickness: float, half_width: float):
     return np.sqrt(np.pi * radius / q) * m * g * width
 
 
+def newman_raju_corner(angle, depth: float, width: float, thickness: float):
+    """K_I (k,) of a quarter-elliptical corner crack, depth <= width, in unit tension: NASA TM-85793.
+
+    angle: of the ellipse, from the face that the semi-axis `width` lies in; depth: along the thickness.
+    """
+    ratio, part = depth / width, depth / thickness
+    q = 1 + 1.464 * ratio**1.65
+    m = 1.08 - 0.03 * ratio + (-0.44 + 1.06 / (0.3 + ratio)) * part**2
+    m += (-0.5 + 0.25 * ratio + 14.8 * (1 - ratio) ** 15) * part**4
+    g = 1 + (0.08 + 0.4 * part**2) * (1 - np.sin(angle)) ** 3
+    g *= 1 + (0.08 + 0.15 * part**2) * (1 - np.cos(angle)) ** 3
+    place = (ratio**2 * np.cos(angle) ** 2 + np.sin(angle) ** 2) ** 0.25
+    return np.sqrt(np.pi * depth / q) * m * g * place
+
+
 def displacements_of_opening(points, places, jumps, normals, tensor):
     """Return displacements (n, 3) of points far from a crack whose facets open.
 

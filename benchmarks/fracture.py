@@ -178,6 +178,23 @@ def _semicircle() -> Case:
     return Case(crack, {"tension": TENSION}, exact, pulled=True)
 
 
+def _quarter_ellipse(thickness: int) -> Case:
+    """A corner crack with semi-axes RADIUS and half of it, the latter through a plate's thickness."""
+    voxels = (36, thickness, 40)
+    centre = (0.0, 0.0, voxels[2] / 2 + 0.1)
+    crack = {"shape": "ellipse", "centre": centre, "semi_axes": (RADIUS, RADIUS / 2)}
+
+    def exact(*_):
+        def k_of(points, *_frames):
+            angle = np.arctan2(points[:, 1] / (RADIUS / 2), points[:, 0] / RADIUS)
+            k = exact_cracks.newman_raju_corner(angle, RADIUS / 2, RADIUS, thickness)
+            return np.column_stack([k, 0 * k, 0 * k])
+
+        return k_of
+
+    return Case(crack, {"tension": TENSION}, exact, size=RADIUS / 2, pulled=True, voxels=voxels)
+
+
 def _half_ellipse(depth: float, voxels: tuple[int, int, int], angles: tuple, k1: tuple) -> Case:
     """A surface crack of half width RADIUS in the middle of a plate's face y = 0, pulled along z."""
     centre = (voxels[0] / 2 + 0.2, 0.0, voxels[2] / 2 + 0.1)
@@ -224,6 +241,9 @@ CASES = {
         (2.944522, 2.967609, 2.990697, 3.013785, 3.036873),
         (42.0497, 42.4776, 42.9209, 43.3793, 43.8488),
     ),
+    "quarter ellipse": _quarter_ellipse(6),
+    "quarter ellipse, halved": replace(_quarter_ellipse(6), exact=None, halved=True),
+    "quarter ellipse, thick": _quarter_ellipse(15),
     "boundary": _in_boundary(_penny(0, {"tension": TENSION, "shear": SHEAR})),
     "boundary, crystal": _in_boundary(_crystal()),
     "boundary, two crystals": replace(
