@@ -111,7 +111,7 @@ class Campaign:
     @property
     def renewed(self) -> str:
         """The cases whose meshes are renewed, as a regular expression for a Snakemake wildcard."""
-        names = [case.name for case in self.cases.values() if case.settings["renew"]["reuse"] != "never"]
+        names = [case.name for case in self.cases.values() if case.renews]
         return "|".join(map(re.escape, names)) or "(?!)"
 
     def mesh_before(self, case: str, inc: str) -> dict[str, str]:

@@ -82,6 +82,11 @@ class Case:
         return self.growth != PRESCRIBED
 
     @property
+    def renews(self) -> bool:
+        """True if increments from 001 on keep elements of the increment before."""
+        return bool(self.settings["renew"]["reuse"] != "never")
+
+    @property
     def runs_history(self) -> bool:
         """True if an external solver computes load steps instead of one linear elastic field."""
         by_program = self.settings["solve"]["solver"] != BUILTIN

@@ -61,7 +61,7 @@ class _Cost:
 
 # Measured costs by rule of the workflow. Python and its libraries take about 1 s and 120 to 250 MB of the
 # fixed part. The row of `tetrahedralize` is for one of two jobs that share an increment's tetrahedra, the
-# row of `report` for one job for all cases.
+# row of `report` for one job for all cases, the row of `renew` for 15 % of the elements renewed.
 _COSTS = {
     "generate": _Cost(2, 150, (10, 0, 0), (30, 0, 0)),
     "import_microstructure": _Cost(1.5, 220, (1, 0, 0), (50, 0, 0)),
@@ -72,7 +72,7 @@ _COSTS = {
     "gradate": _Cost(3.2, 300, (0, 14, 1.5), (0, 270, 35)),
     "tetrahedralize": _Cost(3.7, 420, (0, 0, 11), (0, 0, 50)),
     "assemble": _Cost(1.6, 260, (0, 0, 18), (0, 0, 420)),
-    "renew": _Cost(8, 420, (0, 20, 30), (0, 440, 420)),
+    "renew": _Cost(8, 420, (0, 3, 10), (0, 440, 420)),
     "inp": _Cost(1.6, 240, (0, 0, 5), (0, 0, 550)),
     "export": _Cost(1.6, 240, (0, 0, 5), (0, 0, 550)),
     "check": _Cost(1.3, 230, (0, 0, 5), (0, 0, 360)),
@@ -187,9 +187,9 @@ COUNTED = ("export", "solve", "fracture", "depict")
 TIME_FACTOR = 10
 COMPILER_MB = 500  # the kernels are compiled once on each kind of machine, which takes five minutes
 START_MINUTES = 15
-WORKER_MB = 400  # a worker process of tetrahedralize besides the first, on small grains
-# the next attempt's time over that before; where a grain failed, assemble meshes the whole model
-LONGER = {"assemble": 5}
+WORKER_MB = 400  # a worker process of tetrahedralize or renew besides the first, on small grains
+# the next attempt's time over that before; where a grain failed, these mesh the whole model
+LONGER = {"assemble": 5, "renew": 5}
 # jobs of one group that run at once on its node: Snakemake asks for the sum of their memory
 AT_ONCE = {"inp": 2, "check": 2}
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
@@ -211,7 +211,7 @@ def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
     """Return the memory of a stage's job, up to its part of the node's."""
     factor = COUNTED_FACTOR if stage in COUNTED else MEMORY_FACTOR
     megabytes = factor * effort(stage, sizes).megabytes + COMPILER_MB
-    if stage == "tetrahedralize":
+    if stage in ("tetrahedralize", "renew"):
         megabytes += WORKER_MB * (node.workers - 1)
     asked = round(megabytes) * 2 ** (attempt - 1)
     return asked if node.mem_mb is None else min(asked, node.mem_mb // AT_ONCE.get(stage, 1))

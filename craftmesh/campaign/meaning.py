@@ -26,7 +26,7 @@ from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.user_materials import parse_templates
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.solve.options import SolveOptions
-from craftmesh.tetrahedra.meshers import check_mesher
+from craftmesh.tetrahedra.meshers import TETWILD, check_mesher
 from craftmesh.voxels.options import GenerateOptions
 
 # Front edges per crack size, below which a note is printed. K errs twice as much with 5 (docs/fracture.md).
@@ -105,6 +105,15 @@ def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> Sizing
     return options
 
 
+def _check_tetrahedralize(keys: Mapping[str, Any], case: Case) -> None:
+    check_mesher(keys["mesher"])
+    if case.renews and keys["mesher"] == TETWILD:
+        raise CraftmeshError(
+            f"mesher is {TETWILD}, which meshes whole models, but renew.reuse is "
+            f"{case.settings['renew']['reuse']}; set reuse to never, or use another mesher"
+        )
+
+
 def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
     _check_files("inp", keys)
     options = DeckOptions(**keys)
@@ -138,7 +147,7 @@ _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
     "generate": _check_generate,
     "import": _check_import,
     "sizing": _check_sizing,
-    "tetrahedralize": lambda keys, _: check_mesher(keys["mesher"]),
+    "tetrahedralize": _check_tetrahedralize,
     "inp": _check_inp,
     "solve": _check_solve,
     "grow": _check_grow,

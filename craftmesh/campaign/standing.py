@@ -217,7 +217,7 @@ def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
     renews = record.get("config", {}).get("renew", {}).get("reuse", "never") != "never"
     for number in range(increments):
         last = grows and number == increments - 1
-        others = ["growth"] * last + [*SPARE_STAGES] * (renews and number > 0)
+        others = ["growth"] * last + ([*SPARE_STAGES, "volume"] if renews and number else ["renewed"])
         yield from (Job(f"{number:03d}", name) for name in names if name not in others)
 
 

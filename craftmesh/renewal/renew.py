@@ -183,8 +183,8 @@ def _filled(
     fitted, _ = gradate(cut, sizing, options.gradate, volumes=targets, crack=crack)
     plain = replace(options.tetrahedralize, optimise=False)
     filled, _ = fill_grains(fitted, sizing, plain, workers=workers)
-    if filled.failures:
-        raise CraftmeshError(filled.warnings[-1])
+    if filled.record["left"]:
+        raise CraftmeshError(filled.warnings[-1] if filled.failures else "tetwild meshes only whole models")
     return put_back(whole, part, filled.surface, filled.grain_tets, sizing)
 
 

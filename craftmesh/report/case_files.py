@@ -39,6 +39,7 @@ STAGES = {
     "gradated": Stage("gradate", "gradated.vtp"),
     "tets": Stage("tetrahedralize", "tets"),
     "volume": Stage("assemble", "volume.vtu"),
+    "renewed": Stage("renew", "volume.vtu"),
     "model": Stage("inp", "model.inp"),
     "quality": Stage("check", "quality.json"),
     "solution": Stage("solve", "solution.npz"),
@@ -47,7 +48,7 @@ STAGES = {
     "pictures": Stage("depict", "pictures"),
 }
 RECORD = "case.json"
-PICTURES = ("grains", "sizes", "crack", "deformed", "stress", "slip")
+PICTURES = ("grains", "sizes", "crack", "renewed", "deformed", "stress", "slip")
 PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "snakemake")
 ERROR = "craftmesh: error: "
 

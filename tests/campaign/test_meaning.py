@@ -63,6 +63,10 @@ WRONG_SECTIONS = [
     ({"tetrahedralize": {"mesher": "math:pi"}}, "tetrahedralize.mesher 'math:pi' is 3.14"),
     ({"tetrahedralize": {"mesher": "math:sqrt"}}, "tetrahedralize.mesher 'math:sqrt': .*without arguments"),
     ({"tetrahedralize": {"mesher": "builtins:dict"}}, "tetrahedralize.mesher .* has no method mesh"),
+    (
+        {"tetrahedralize": {"mesher": "tetwild"}, "renew": {"reuse": "auto"}},
+        "tetrahedralize.mesher is tetwild, .* but renew.reuse is auto; set reuse to never",
+    ),
     ({"grow": {"criterion": "mts"}}, "grow.criterion is 'mts'; expected one of tangential_stress"),
     ({"grow": {"criterion": "broken_rule:angle"}}, "grow.criterion 'broken_rule:angle' cannot be loaded"),
     ({"grow": {"criterion": "math:angel"}}, "grow.criterion 'math:angel' cannot be loaded"),

@@ -55,7 +55,9 @@ def make(results, job, ended="", seconds=2.0):
 def test_renewed_increments_have_no_surfaces_of_their_own():
     found = [(job.increment, job.name) for job in jobs(RENEWED, 2)]
     assert ("000", "gradated") in found and ("001", "gradated") not in found
-    assert ("001", "sizing") in found and ("001", "volume") in found
+    assert ("001", "sizing") in found and ("001", "renewed") in found
+    assert ("001", "volume") not in found and ("000", "renewed") not in found
+    assert [job.stage for job in jobs(RENEWED, 2) if job.name == "renewed"] == ["renew"]
 
 
 @pytest.mark.parametrize("record", [GROWS, PRESCRIBED, RENEWED])

@@ -77,20 +77,21 @@ rule renew:
         meshing=f"{INC}/meshing.json",
         map=f"{INC}/map.npz",
     log:
-        f"{LOG}/{{inc}}/volume.log",
+        f"{LOG}/{{inc}}/renewed.log",
     wildcard_constraints:
         case=CAMPAIGN.renewed,
         inc=r"(?!000)\d{3}",
+    priority: in_turn()
     group:
         "deck_{case}_{inc}"
     conda:
         "../envs/craftmesh.yaml"
     threads: NODE.workers
     resources:
-        mem_mb=job_memory("renew", f"{CASE}/000/gradated.vtp"),
-        runtime=job_minutes("renew", f"{CASE}/000/gradated.vtp"),
+        mem_mb=job_memory("renew", f"{CASE}/000/volume.vtu"),
+        runtime=job_minutes("renew", f"{CASE}/000/volume.vtu"),
     params:
-        costs=f"{BENCHMARK}/{{inc}}/volume.tsv",
+        costs=f"{BENCHMARK}/{{inc}}/renewed.tsv",
         options=lambda wildcards: CAMPAIGN.renew_flags(wildcards.case),
         before=lambda wildcards, input: command_flags({"map_before": input.get("map_before")}),
         code=CAMPAIGN.code("renew"),
