@@ -228,7 +228,8 @@ class TetMesh(Frozen, Shown):
 
     points (n, 3) float64; tets (m, 4) or (m, 10) int64 in Abaqus order, positive volumes; grain (m,)
     int32. node_sets: name -> (k,) int64 node ids, order kept. face_sets: name -> (k, 2) int64 rows of
-    (tet, face), faces 0..3 = Abaqus S1..S4 = nodes 123, 142, 243, 341.
+    (tet, face), faces 0..3 = Abaqus S1..S4 = nodes 123, 142, 243, 341. element_sets: name -> (k,) int64
+    rows of `tets`.
     """
 
     points: np.ndarray
@@ -236,6 +237,7 @@ class TetMesh(Frozen, Shown):
     grain: np.ndarray
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     face_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    element_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._convert("points", float, (None, 3))
@@ -244,10 +246,10 @@ class TetMesh(Frozen, Shown):
             raise CraftmeshError(f"TetMesh.tets has shape {self.tets.shape}; expected (n, 4) or (n, 10)")
         self._convert("grain", np.int32, (len(self.tets),))
         check_indices("TetMesh.tets", self.tets, len(self.points))
-        for field_name, shape in (("node_sets", (None,)), ("face_sets", (None, 2))):
+        for field_name, width in (("node_sets", ()), ("face_sets", (2,)), ("element_sets", ())):
             self._convert_mapping(field_name)
             sets = getattr(self, field_name).items()
-            arrays = {name: as_array(f"set {name}", ids, np.int64, shape) for name, ids in sets}
+            arrays = {name: as_array(f"set {name}", ids, np.int64, (None, *width)) for name, ids in sets}
             object.__setattr__(self, field_name, MappingProxyType(arrays))
 
     def __repr__(self) -> str:

@@ -1,6 +1,7 @@
 """Layers of cohesive elements on grain boundaries: the mesh opened there, and the elements between."""
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def boundary_layers(
     copies = copies_of(front, parent, len(mesh.points))
     if len(copies):
         sets["CRACK_FRONT_COPIES"] = copies
-    return TetMesh(mesh.points[parent], opened, mesh.grain, sets, mesh.face_sets), elements
+    return replace(mesh, points=mesh.points[parent], tets=opened, node_sets=sets), elements
 
 
 def _boundary(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:

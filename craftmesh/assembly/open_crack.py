@@ -1,6 +1,7 @@
 """A crack opened in any conformal mesh: its nodes are doubled, the nodes of its front stay single."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
@@ -94,7 +95,7 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     fronts = mesh_fronts(bare)
     node_sets = with_copies(mesh.node_sets, opened.parent, len(mesh.points))
     node_sets |= node_sets_of(opened.tets, face_sets, fronts)
-    result = TetMesh(points, opened.tets, mesh.grain, node_sets, face_sets)
+    result = replace(mesh, points=points, tets=opened.tets, node_sets=node_sets, face_sets=face_sets)
     return result, opened.parent, _report(opened, points, fronts)
 
 

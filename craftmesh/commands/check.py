@@ -15,7 +15,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(
         parser,
         "--meshing",
-        "report .json of assemble or tetrahedralize; its part `meshing` goes into the measures",
+        "report .json of assemble, tetrahedralize or renew; its parts `meshing` and `renewed` go into the "
+        "measures",
     )
 
 
@@ -43,7 +44,8 @@ def _mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
         from craftmesh.mesh.quality import drift_sentence, quality
 
         voxels = read_labels(existing(arguments.labels)) if arguments.labels else None
-        meshing = {"meshing": read_json(arguments.meshing).get("meshing")} if arguments.meshing else {}
+        told = read_json(arguments.meshing) if arguments.meshing else {}
+        meshing = {key: told[key] for key in ("meshing", "renewed") if key in told}
         measured = quality(mesh, voxels)
         write_json(arguments.quality, {"breaches": breaches} | measured | meshing)
         warn(drift_sentence(measured.get("volume_drift", {})))

@@ -1,4 +1,4 @@
-"""Draw an increment for the report: grains, element sizes, crack, and the scene of the 3-D view."""
+"""Draw an increment for the report: grains, element sizes, crack, new elements, and the 3-D scene."""
 
 import argparse
 import json
@@ -10,6 +10,7 @@ from craftmesh.errors import existing
 from craftmesh.io.stage_npz import read_solution, read_solution_vtu
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.units import UnitsOptions
+from craftmesh.mesh.mesh_sets import NEW
 from craftmesh.report.mesh_pictures import SolvedMesh, mesh_pictures, opened_body, solved_pictures
 from craftmesh.report.pictures import as_svg, as_webp
 from craftmesh.report.shown_mesh import scene, shown_mesh
@@ -28,7 +29,7 @@ def run(arguments: argparse.Namespace) -> None:
     units = UnitsOptions(*arguments.units)
     mesh = read_tets(existing(arguments.volume))
     shown = shown_mesh(mesh)
-    pictures = mesh_pictures(shown, units.length)
+    pictures = mesh_pictures(shown, units.length, mesh.element_sets.get(NEW))
     if arguments.solution:
         solution = read_solution(existing(arguments.solution))
         points, elements, stress, slip = read_solution_vtu(existing(arguments.solution.with_suffix(".vtu")))

@@ -42,7 +42,8 @@ def check_writable(model: ElasticModel) -> None:
         "node set": ["NALL", *(name for name, nodes in mesh.node_sets.items() if len(nodes))],
         "surface": list(surfaces),
         "element set": ["EALL", *(f"GRAIN_{grain}" for grain in model.grains)]
-        + [f"{name}_S{side}" for name, sides in surfaces.items() for side in sides],
+        + [f"{name}_S{side}" for name, sides in surfaces.items() for side in sides]
+        + [name for name, rows in mesh.element_sets.items() if len(rows)],
     }
     for kind, given in names.items():
         seen: set[str] = set()

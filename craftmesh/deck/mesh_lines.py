@@ -27,11 +27,15 @@ def mesh_lines(mesh: TetMesh, grains: np.ndarray, element: str) -> Iterator[str]
 
 
 def set_lines(mesh: TetMesh) -> Iterator[str]:
-    """Yield node sets (a front's in order), and face sets as surfaces; empty sets are left out."""
+    """Yield node sets (a front's in order), element sets, and face sets as surfaces, but no empty sets."""
     for name, nodes in mesh.node_sets.items():
         if len(nodes):
             yield f"*NSET, NSET={name}{', UNSORTED' if is_front(name) else ''}\n"
             yield from id_lines(nodes)
+    for name, rows in mesh.element_sets.items():
+        if len(rows):
+            yield f"*ELSET, ELSET={name}\n"
+            yield from id_lines(rows)
     for name, faces in mesh.face_sets.items():
         sides = [side for side in range(4) if (faces[:, 1] == side).any()]
         for side in sides:

@@ -24,6 +24,7 @@ from craftmesh.mechanics.history import held_step
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mechanics.user_materials import UserMaterial, UserMaterials
+from craftmesh.mesh.mesh_sets import NEW
 from craftmesh.types import TetMesh
 
 _HEADER = """\
@@ -54,6 +55,7 @@ _LAYER_NOTE = """\
 ** all. Their nodes are there once on each side: CRACK_FRONT has those in the grain of lowest id, and
 ** CRACK_FRONT_COPIES the others.
 """
+_NEW_NOTE = "** NEW: elements that the mesh of the increment before does not have.\n"
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
 # Output requests of a history's steps, which have many increments.
 _OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E, ENER\n"
@@ -129,6 +131,7 @@ def _notes(model: ElasticModel, layers: CohesiveLayers | None, scale: float, lay
     """Return the heading, and comments on the deck's contents."""
     nodes, elements, grains = map(len, (model.mesh.points, model.mesh.tets, model.grains))
     notes = _HEADER.format(nodes=nodes, elements=elements, element=model.element, grains=grains)
+    notes += _NEW_NOTE if len(model.mesh.element_sets.get(NEW, ())) else ""
     if layout != MESH:
         notes += _ORIENTATION_NOTE if model.axes else ""
         notes += _STRAIN_NOTE if model.own_strain.any() else ""

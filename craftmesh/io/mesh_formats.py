@@ -10,7 +10,7 @@ import scipy
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.extras import extra
-from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
+from craftmesh.io.vtk import VTK_CELL_TYPE, element_masks, set_arrays
 from craftmesh.io.vtk_xml import Dataset, write_dataset
 from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
@@ -233,9 +233,9 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | 
     """Write a .vtu of the tetrahedra, then the triangles of each face set, normals out of their elements.
 
     Cell data: `grain` int32, 0 on triangles; `face_set` int32, 0 on tetrahedra and k on triangles of the
-    k-th face set, counted from 1; if quaternions (m, 4) of the tetrahedra are given, `orientation`, NaN on
-    triangles. Point data: an array per node set with its name, uint8, 1 on its nodes. Field data are those
-    of `write_tets`, whose reader also reads this file.
+    k-th face set, counted from 1; element sets as in `write_tets`; if quaternions (m, 4) of the tetrahedra
+    are given, `orientation`, NaN on triangles. Point data: an array per node set with its name, uint8, 1 on
+    its nodes. Field data are those of `write_tets`, whose reader also reads this file.
     """
     width, count = mesh.tets.shape[1], len(mesh.tets)
     triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]
@@ -252,6 +252,7 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | 
         at_cells={
             "grain": np.concatenate([mesh.grain, np.zeros(total, np.int32)]),
             "face_set": np.concatenate([np.zeros(count, np.int32), numbers.astype(np.int32)]),
+            **element_masks(mesh, count + total),
             **turned,
         },
         others=set_arrays(mesh),

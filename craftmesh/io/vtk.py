@@ -14,7 +14,7 @@ from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk_xml import Arrays, Dataset, in_rows, named_array, read_dataset, write_dataset
 from craftmesh.types import CRACK, Crack, Surface, TetMesh, Voxels
 
-_NODE_SET, _FACE_SET = "node_set:", "face_set:"
+_NODE_SET, _FACE_SET, _ELEMENT_SET = "node_set:", "face_set:", "element_set:"
 _VTK_TRIANGLES = (5, 22)
 VTK_CELL_TYPE = {4: 10, 10: 24}  # VTK_TETRA, VTK_QUADRATIC_TETRA; their node order is that of Abaqus
 
@@ -110,8 +110,11 @@ def read_voxels(path: str | os.PathLike) -> Voxels:
 
 
 def write_tets(path: str | os.PathLike, mesh: TetMesh) -> None:
-    """Write a .vtu with cell data `grain` int32, and one field data array per node or face set."""
-    arrays = {"at_cells": {"grain": mesh.grain}, "others": set_arrays(mesh)}
+    """Write a .vtu with cell data `grain` int32, and an array per set.
+
+    Node and face sets are field data, element sets cell data.
+    """
+    arrays = {"at_cells": {"grain": mesh.grain, **element_masks(mesh)}, "others": set_arrays(mesh)}
     write_dataset(path, "UnstructuredGrid", tets_alone(mesh.points, mesh.tets, **arrays))
 
 
@@ -125,6 +128,15 @@ def set_arrays(mesh: TetMesh) -> dict[str, np.ndarray]:
     """Return a mesh's node and face sets by their array names in the field data of a .vtu."""
     sets = {_NODE_SET + name: ids for name, ids in mesh.node_sets.items()}
     return sets | {_FACE_SET + name: rows for name, rows in mesh.face_sets.items()}
+
+
+def element_masks(mesh: TetMesh, cells: int | None = None) -> dict[str, np.ndarray]:
+    """Return a mesh's element sets by their array names in the cell data of a .vtu: uint8, 1 on elements.
+
+    cells: number of cells in the file, the elements first; by default there are no other cells.
+    """
+    sets, every = mesh.element_sets.items(), np.arange(cells or len(mesh.tets))
+    return {_ELEMENT_SET + name: np.isin(every, rows).astype("u1") for name, rows in sets}
 
 
 def read_tets(path: str | os.PathLike) -> TetMesh:
@@ -147,8 +159,13 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
         {name[len(prefix) :]: ids for name, ids in grid.others.items() if name.startswith(prefix)}
         for prefix in (_NODE_SET, _FACE_SET)
     )
+    element_sets = {
+        name[len(_ELEMENT_SET) :]: np.flatnonzero(mask[:count])
+        for name, mask in grid.at_cells.items()
+        if name.startswith(_ELEMENT_SET)
+    }
     tets = connectivity[: offsets[count]].reshape(-1, width)
-    return TetMesh(grid.points, tets, grain, node_sets, face_sets)
+    return TetMesh(grid.points, tets, grain, node_sets, face_sets, element_sets)
 
 
 def _triangles(path: str | os.PathLike, poly: Dataset) -> tuple[np.ndarray, slice]:

@@ -75,6 +75,9 @@ def _check_ids(mesh: TetMesh) -> Iterator[str]:
     for name, faces in mesh.face_sets.items():
         if len(faces) and ((faces < 0) | (faces >= [len(mesh.tets), 4])).any():
             yield f"Face set {name} names tetrahedra or faces that do not exist."
+    for name, rows in mesh.element_sets.items():
+        if len(rows) and (rows.min() < 0 or rows.max() >= len(mesh.tets)):
+            yield f"Element set {name} names elements that do not exist; there are {len(mesh.tets)}."
 
 
 def _check_conformity(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:

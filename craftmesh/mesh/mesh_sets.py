@@ -10,6 +10,7 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.types import BOX_PLANES
 
 LIPS = ("CRACK_LIP_A", "CRACK_LIP_B")
+NEW = "NEW"  # element set of a renewed mesh: elements that the mesh before does not have
 _LIP = re.compile(r"(.+)_LIP_[AB]")
 _FRONT = re.compile(r".+_FRONT(_\d+)?")
 

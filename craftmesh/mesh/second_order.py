@@ -1,5 +1,7 @@
 """Conversion of 4-node to 10-node tetrahedra, and quarter points."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
@@ -49,9 +51,9 @@ def raise_order(mesh: TetMesh) -> TetMesh:
     ends = mesh.points[mesh.tets[lead[:, None] // 6, EDGE_CORNERS[lead % 6]]]
     points = np.concatenate([mesh.points, 0.5 * (ends[:, 0] + ends[:, 1])])
     tets = np.hstack([mesh.tets, len(mesh.points) + mid])
-    raised = TetMesh(points, tets, mesh.grain, mesh.node_sets, mesh.face_sets)
+    raised = replace(mesh, points=points, tets=tets)
     sets = dict(mesh.node_sets) | node_sets_of(tets, mesh.face_sets, mesh_fronts(raised))
-    return TetMesh(points, tets, mesh.grain, sets, mesh.face_sets)
+    return replace(raised, node_sets=sets)
 
 
 def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
@@ -99,8 +101,7 @@ def move_to_quarter_points(mesh: TetMesh) -> tuple[TetMesh, dict]:
             break
         refused |= np.isin(place, place[bad])
         points[mid[refused]] = mesh.points[mid[refused]]
-    moved = TetMesh(points, mesh.tets, mesh.grain, mesh.node_sets, mesh.face_sets)
-    return moved, {
+    return replace(mesh, points=points), {
         "quarter_points": int((~refused).sum()),
         "quarter_points_refused": int(refused.sum()),
     }

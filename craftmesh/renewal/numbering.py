@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.mesh_sets import is_front
+from craftmesh.mesh.mesh_sets import NEW, is_front
 from craftmesh.types import TetMesh
 
 
@@ -23,7 +23,8 @@ def renumbered(old: TetMesh, new: TetMesh, origin: np.ndarray) -> tuple[TetMesh,
     """Return the new mesh with the old numbers of all that stays, the map, and the row of each new node.
 
     origin (m,): the old row of each new element, -1 for new ones. New nodes and elements take free numbers,
-    the lowest first. If the new mesh has fewer, the numbers beyond its count move to free ones.
+    the lowest first. If the new mesh has fewer, the numbers beyond its count move to free ones. The element
+    set NEW has the new elements.
     """
     stays = np.flatnonzero(origin >= 0)
     node_of = np.full(len(new.points), -1)
@@ -36,7 +37,8 @@ def renumbered(old: TetMesh, new: TetMesh, origin: np.ndarray) -> tuple[TetMesh,
     }
     faces = {name: _sorted_faces(element[rows[:, 0]], rows[:, 1]) for name, rows in new.face_sets.items()}
     by_node, by_element = np.argsort(node), np.argsort(element)
-    mesh = TetMesh(new.points[by_node], node[new.tets[by_element]], new.grain[by_element], sets, faces)
+    points, tets, grain = new.points[by_node], node[new.tets[by_element]], new.grain[by_element]
+    mesh = TetMesh(points, tets, grain, sets, faces, {NEW: np.sort(element[origin < 0])})
     numbers = NumberMap(_map(node_of, node, len(old.points)), _map(origin, element, len(old.tets)))
     return mesh, numbers, node
 

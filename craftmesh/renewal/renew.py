@@ -15,6 +15,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.gradate import GradateOptions, gradate
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
+from craftmesh.mesh.mesh_sets import NEW
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.progress import silent
 from craftmesh.renewal.cut_out import cut_out, tets_of
@@ -66,7 +67,8 @@ def history_of(mesh: TetMesh, sizing: Sizing) -> History:
 class Renewed:
     """The mesh of an increment, and its history for the next one.
 
-    numbers: from the mesh before; report: counts, as the report of `assemble`.
+    The mesh has the element set NEW. numbers: from the mesh before; report: counts, as the report of
+    `assemble`.
     """
 
     mesh: TetMesh
@@ -99,11 +101,13 @@ def renew_mesh(
     try:
         return _with_new_part(before, history, surface, crack, sizing, options, workers)
     except CraftmeshError as error:
-        why = f"the mesh is made from scratch: {error}"
+        why = f"{error}"
     mesh, report, warnings = mesh_from_scratch(surface, crack, sizing, options, islands, workers, progress)
+    mesh = replace(mesh, element_sets={NEW: np.arange(len(mesh.tets))})
     gone = NumberMap(np.full(len(before.points), -1), np.full(len(before.tets), -1))
-    told = report | {"renewed": {"share": 1.0, "elements_kept": 0}}
-    return Renewed(mesh, history_of(mesh, sizing), gone, told, (why, *warnings))
+    told = report | {"renewed": {"share": 1.0, "elements_kept": 0, "from_scratch": why}}
+    warnings = (f"the mesh is made from scratch: {why}", *warnings)
+    return Renewed(mesh, history_of(mesh, sizing), gone, told, warnings)
 
 
 def mesh_from_scratch(

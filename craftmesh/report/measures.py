@@ -22,7 +22,8 @@ class Row(NamedTuple):
     """An increment's row in the paper's table; unknown values are None. Fractions are in percent.
 
     uniform: elements of a uniform mesh of l_min; reduction: relative to these; aspect: mean aspect ratio;
-    under_5: elements with a ratio below 5; drift: mean volume change of grains.
+    under_5: elements with a ratio below 5; drift: mean volume change of grains. With reuse, renewed:
+    elements that the crack changed, kept: elements of the mesh before, from_scratch: why none are kept.
     """
 
     increment: str
@@ -37,6 +38,9 @@ class Row(NamedTuple):
     worst_drift: float | None
     crack_area: float
     front_length: float
+    renewed: float | None
+    kept: float | None
+    from_scratch: str
 
 
 class GrownRow(NamedTuple):
@@ -58,7 +62,7 @@ class GrownRow(NamedTuple):
 def table_row(increment: Increment) -> Row:
     """Return an increment's row; the uniform mesh compared has edges of l_min and UNIFORM_TETS."""
     measured, l_min = increment.quality, increment.lengths.get("l_min")
-    drift = measured.get("volume_drift", {})
+    drift, renewed = measured.get("volume_drift", {}), measured.get("renewed", {})
     uniform = UNIFORM_TETS * measured["volume"] / l_min**3 if l_min else None
     return Row(
         increment=increment.name,
@@ -73,6 +77,9 @@ def table_row(increment: Increment) -> Row:
         worst_drift=_percent(drift.get("worst")),
         crack_area=measured["crack_area"],
         front_length=measured["front_length"],
+        renewed=_percent(renewed.get("share")),
+        kept=_percent(renewed["elements_kept"] / measured["elements"]) if renewed else None,
+        from_scratch=renewed.get("from_scratch", ""),
     )
 
 

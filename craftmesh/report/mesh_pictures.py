@@ -1,4 +1,4 @@
-"""Pictures of an increment: grains, element sizes, crack, deformed body, stress and slip."""
+"""Pictures of an increment: grains, element sizes, crack, new elements, deformed body, stress and slip."""
 
 from typing import NamedTuple
 
@@ -33,10 +33,14 @@ with extra("pictures"):
     from matplotlib.figure import Figure
 
 LIP = to_rgb("antiquewhite")  # colour of the crack face in pictures by grain
+KEPT = to_rgb("gainsboro")  # colour of elements of the mesh before
 
 
-def mesh_pictures(shown: ShownMesh, length: str = "") -> dict[str, Figure]:
-    """Return figures by name: `grains`, `sizes` and, if there is a crack, `crack`; length: unit."""
+def mesh_pictures(shown: ShownMesh, length: str = "", new: np.ndarray | None = None) -> dict[str, Figure]:
+    """Return figures by name: `grains`, `sizes` and, if there is a crack, `crack`.
+
+    length: unit; new (k,): rows of a renewed mesh's new elements, which the figure `renewed` shows.
+    """
     whole = body_view(shown.points, shown.towards)
     scale = scale_of(shown.lengths)
     by_length = _body(shown, shown.opened, whole, _by_length(shown, shown.opened, scale), length)
@@ -46,6 +50,10 @@ def mesh_pictures(shown: ShownMesh, length: str = "") -> dict[str, Figure]:
         "grains": _body(shown, shown.skin, whole, _by_grain(shown.skin), length),
         "sizes": by_length,
     }
+    if new is not None:
+        colours = _by_grain(shown.opened._replace(grain=np.zeros_like(shown.opened.grain)))  # in one colour
+        colours[~np.isin(shown.opened.element, new)] = KEPT
+        pictures["renewed"] = _body(shown, shown.opened, whole, colours, length)
     if len(shown.lip.triangles):
         view = view_from(shown.normal, shown.points[np.unique(shown.lip.triangles)], BELOW)
         colours = _by_grain(shown.lip._replace(is_lip=~shown.lip.is_lip))

@@ -43,6 +43,7 @@ CAPTIONS = {
     "grains": "The body by grain.",
     "sizes": "Element size, cut open along the crack: mean edge length at each node. Red: crack front.",
     "crack": "The crack face along its normal, by grain. Red: crack front.",
+    "renewed": "New elements blue, elements of the increment before grey. Red: crack front.",
     "deformed": "The loaded body with magnified displacement.",
     "stress": "Largest principal stress on a plane through the middle of the front.",
     "slip": "Accumulated slip of all slip systems, on the same plane.",

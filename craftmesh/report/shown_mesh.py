@@ -32,9 +32,10 @@ LEVELS = np.iinfo(np.uint16).max  # integer steps of coordinates within the box,
 
 
 class Facets(NamedTuple):
-    """Triangles (m, 3) of a mesh's nodes, the grain (m,) behind each, and a mask (m,) of crack faces."""
+    """Triangles (m, 3) of a mesh's nodes, the element and grain (m,) behind each, a mask of crack faces."""
 
     triangles: np.ndarray
+    element: np.ndarray
     grain: np.ndarray
     is_lip: np.ndarray
 
@@ -85,7 +86,8 @@ def shown_mesh(mesh: TetMesh) -> ShownMesh:
 
 def _facets(mesh: TetMesh, tets: np.ndarray, faces: np.ndarray, lip: bool) -> Facets:
     rows = 4 * faces[:, 0] + faces[:, 1]
-    return Facets(half_face_corners(tets, rows), mesh.grain[faces[:, 0]], np.full(len(rows), lip))
+    own = faces[:, 0]
+    return Facets(half_face_corners(tets, rows), own, mesh.grain[own], np.full(len(rows), lip))
 
 
 def _plane(mesh: TetMesh, lip: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -144,7 +146,7 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
     lips = np.concatenate(lip_faces(mesh.face_sets))
     is_lip_face = np.zeros(4 * len(tets), bool)
     is_lip_face[4 * lips[:, 0] + lips[:, 1]] = True
-    return Facets(half_face_corners(tets, rows), mesh.grain[rows // 4], is_lip_face[rows])
+    return Facets(half_face_corners(tets, rows), rows // 4, mesh.grain[rows // 4], is_lip_face[rows])
 
 
 def cut_tets(

@@ -4,16 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deck_reader import elements_of, read_deck
 from models import voronoi
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.cli import main
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.series import prescribed_crack
+from craftmesh.deck.check_deck import check_deck
+from craftmesh.deck.includes import mesh_file, read_deck_text
 from craftmesh.gradation.gradate import GradateOptions, gradate
 from craftmesh.insertion.insert import insert_crack
+from craftmesh.io.mesh_formats import write_vtu
+from craftmesh.io.vtk import read_tets, write_tets
 from craftmesh.mesh.check import check
+from craftmesh.mesh.second_order import as_elements
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.renewal.options import RenewOptions
 from craftmesh.renewal.renew import StageOptions, history_of, renew_mesh
@@ -24,6 +32,12 @@ from craftmesh.tetrahedra.volume import mesh_volume
 
 PLAIN = remesh(voronoi(3, 6, (26, 20, 26)))[0]
 ALWAYS = StageOptions(renew=RenewOptions(reuse="always"))
+# options of decks
+LAYOUTS = {
+    "quarter points": ["--quarter-points"],
+    "cohesive": ["--element", "C3D4", "--cohesive", "all:stiffness=1e5"],
+    "parts and includes": ["--element", "C3D4", "--style", "parts", "--includes"],
+}
 
 
 def penny(radius, centre=(13.0, 0.0, 13.2)):
@@ -58,6 +72,22 @@ def renewed(first):
     return renew_mesh(*first, PLAIN, crack, sizing, ALWAYS)
 
 
+@pytest.fixture(scope="module")
+def third(renewed):
+    crack, sizing = penny(6.2)
+    return renew_mesh(renewed.mesh, renewed.history, PLAIN, crack, sizing, ALWAYS)
+
+
+@pytest.fixture(scope="module")
+def series(first, renewed, third, tmp_path_factory):
+    """The files of three meshes, the meshes in them, and the maps of the second and third."""
+    folder = tmp_path_factory.mktemp("series")
+    paths = [folder / f"{number}.vtu" for number in range(3)]
+    for path, mesh in zip(paths, (first[0], renewed.mesh, third.mesh)):
+        write_tets(path, mesh)
+    return paths, [read_tets(path) for path in paths], [renewed.numbers, third.numbers]
+
+
 def test_what_stays_keeps_numbers_corners_and_bits(first, renewed):
     mesh, _ = first
     stays = np.flatnonzero(renewed.numbers.elements >= 0)
@@ -80,12 +110,10 @@ def test_the_mesh_is_sound_and_holds_the_whole_crack(first, renewed):
     assert len(renewed.history.lengths) == len(renewed.mesh.points)
 
 
-def test_a_third_increment_goes_on_from_the_second(renewed):
-    crack, sizing = penny(6.2)
-    found = renew_mesh(renewed.mesh, renewed.history, PLAIN, crack, sizing, ALWAYS)
-    assert is_renewed(found)
-    assert check(found.mesh) == []
-    assert area_of(found.mesh) == pytest.approx(np.pi * 6.2**2 / 2, rel=0.01)
+def test_a_third_increment_goes_on_from_the_second(third):
+    assert is_renewed(third)
+    assert check(third.mesh) == []
+    assert area_of(third.mesh) == pytest.approx(np.pi * 6.2**2 / 2, rel=0.01)
 
 
 def test_a_crack_elsewhere_replaces_the_old_one(first):
@@ -118,6 +146,51 @@ def test_what_cannot_be_renewed_is_made_anew_and_says_why(first, options, why):
     history = history._replace(aspect_ratio=1.2) if why == "mean aspect ratio" else history
     found = renew_mesh(mesh, history, PLAIN, crack, sizing, options)
     assert why in found.warnings[0]
-    assert found.report["renewed"] == {"share": 1.0, "elements_kept": 0}
+    told = found.report["renewed"]
+    assert (told["share"], told["elements_kept"]) == (1.0, 0) and why in told["from_scratch"]
+    assert len(found.mesh.element_sets["NEW"]) == len(found.mesh.tets)
     assert (found.numbers.elements == -1).all()
     assert check(found.mesh) == []
+
+
+def test_new_are_the_elements_that_the_mesh_before_does_not_have(series, tmp_path):
+    _, meshes, maps = series
+    assert "NEW" not in meshes[0].element_sets
+    for mesh, numbers in zip(meshes[1:], maps):
+        kept = numbers.elements[numbers.elements >= 0]
+        assert 0 < len(kept) < len(mesh.tets)
+        assert np.array_equal(mesh.element_sets["NEW"], np.setdiff1d(np.arange(len(mesh.tets)), kept))
+        write_vtu(tmp_path / "model.vtu", mesh)  # with triangles after the elements
+        again = read_tets(tmp_path / "model.vtu")
+        assert np.array_equal(again.element_sets["NEW"], mesh.element_sets["NEW"])
+
+
+def test_quarter_points_are_at_the_new_front_only_and_kept_elements_have_their_mid_nodes(series):
+    _, meshes, maps = series
+    raised = [as_elements(mesh, "C3D10", quarter_points=True)[0] for mesh in meshes]
+    for mesh in raised:
+        ends = mesh.tets[:, EDGE_CORNERS]
+        middle = mesh.points[ends].mean(axis=2)
+        moved = (mesh.points[mesh.tets[:, 4:]] != middle).any(axis=2)
+        at_front = np.isin(ends, mesh.node_sets["CRACK_FRONT"]).sum(axis=2) == 1
+        assert moved.any() and not (moved & ~at_front).any()
+    for old, new, numbers in zip(raised, raised[1:], maps):
+        rows = np.flatnonzero(numbers.elements >= 0)
+        same = new.points[new.tets[numbers.elements[rows]]] == old.points[old.tets[rows]]
+        assert same.all()
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_decks_of_all_increments_are_valid_and_name_the_new_elements(series, layout, tmp_path, capsys):
+    paths, meshes, maps = series
+    decks = [tmp_path / f"model_{number}.inp" for number in range(3)]
+    for path, deck in zip(paths, decks):
+        assert main(["inp", str(path), "-o", str(deck), *LAYOUTS[layout]]) == 0, capsys.readouterr().err
+        assert check_deck(deck) == []
+    for deck, mesh in zip(decks, meshes):
+        text = tmp_path / "whole.inp"
+        text.write_text(read_deck_text(deck).text)
+        assert mesh_file(deck).exists() == ("includes" in layout)
+        _, sets = elements_of(read_deck(text))
+        assert sets.get("NEW", []) == (mesh.element_sets.get("NEW", np.zeros(0, int)) + 1).tolist()
+        assert any(name.startswith("COH_") for name in sets) == (layout == "cohesive")

@@ -59,6 +59,19 @@ def test_changed_labels_and_grains_off_their_voxels_are_said(results):
     assert text.count("grain 7 by -40.0%") == 1 and "Increment 001:</strong> 1 of 2 grains" in text
 
 
+def test_what_was_renewed_and_what_was_made_from_scratch_is_said(results):
+    (case,) = read_cases(results)
+    assert "Renewed" not in page([case], ReportOptions())
+    told = {"share": 0.25, "elements_kept": case.increments[1].quality["elements"] // 2}
+    whole = {"share": 1.0, "elements_kept": 0, "from_scratch": "2 tetrahedra would be <poor>"}
+    for number, one in ((1, told), (2, whole)):
+        quality = case.increments[number].quality | {"renewed": one}
+        case.increments[number] = replace(case.increments[number], quality=quality)
+    text = page([case], ReportOptions())
+    assert "<td>– %</td><td>– %</td>" in text and "<td>25 %</td><td>50 %</td>" in text
+    assert "Increment 002:</strong> made from scratch because 2 tetrahedra would be &lt;poor&gt;." in text
+
+
 def test_the_same_cases_give_the_same_text(results):
     assert page(read_cases(results), ReportOptions()) == page(read_cases(results), ReportOptions())
 

@@ -6,6 +6,7 @@ from shown_models import AREA, SHAPE, cracked_box
 from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.report.mesh_pictures import mesh_pictures
 from craftmesh.report.shown_mesh import shown_mesh
 from craftmesh.surface.measure import area_vectors
 
@@ -34,6 +35,15 @@ def test_the_body_is_cut_open_at_the_crack():
     total = area_vectors(shown.points, shown.opened.triangles).sum(axis=0)
     assert np.allclose(total, 0)  # it is closed
     assert shown.towards @ shown.normal > 0
+
+
+def test_new_elements_are_coloured_and_those_of_the_mesh_before_are_grey():
+    shown = shown_mesh(cracked_box())
+    assert "renewed" not in mesh_pictures(shown)
+    figures = [mesh_pictures(shown, new=rows)["renewed"] for rows in (shown.opened.element[::2], [])]
+    drawn = [figure.axes[0].images[0].get_array() for figure in figures]
+    grey = [(np.ptp(picture[..., :3], axis=2) < 0.01).mean() for picture in drawn]
+    assert grey[0] < grey[1] == 1.0
 
 
 def test_lengths_are_the_means_of_the_edges_at_a_node():

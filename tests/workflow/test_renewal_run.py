@@ -42,7 +42,8 @@ def test_each_mesh_keeps_elements_of_the_one_before(finished):
         told = json.loads((case / f"{number:03d}" / "meshing.json").read_text())["renewed"]
         elements = read_map(case / f"{number:03d}" / "map.npz")["elements"]
         stays = np.flatnonzero(elements >= 0)
-        assert len(stays) == told["elements_kept"]
+        assert len(stays) == told["elements_kept"] == len(new.tets) - len(new.element_sets["NEW"])
+        assert (case / f"{number:03d}" / "pictures" / "renewed.svg").exists()
         assert number > 1 or len(stays) > 0.1 * len(old.tets)
         assert np.array_equal(new.points[new.tets[elements[stays]]], old.points[old.tets[stays]])
 
