@@ -61,7 +61,7 @@ def test_changed_labels_and_grains_off_their_voxels_are_said(results):
 
 def test_what_was_renewed_and_what_was_made_from_scratch_is_said(results):
     (case,) = read_cases(results)
-    assert "Renewed" not in page([case], ReportOptions())
+    assert "<th>Renewed</th>" not in page([case], ReportOptions())
     told = {"share": 0.25, "elements_kept": case.increments[1].quality["elements"] // 2}
     whole = {"share": 1.0, "elements_kept": 0, "from_scratch": "2 tetrahedra would be <poor>"}
     for number, one in ((1, told), (2, whole)):
