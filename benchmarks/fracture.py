@@ -28,7 +28,14 @@ ROUGH, FINE = 1e-3, 1e-7
 TABLE = RADIUS / 60  # distance of the places at which a table gives tractions on lips
 CAP = RADIUS / 20  # edges of the cap's triangles
 INCLUSION, HEAT = 6.0, 1e-3  # radius and eigenstrain of the hot inclusion
-KINK = 40.0  # degrees, of the strip
+KINK = 40.0  # degrees, of the last third of the strip
+_TURN = np.radians(KINK)
+_KINKED = (
+    (-1.0, 20.1),
+    (2 * RADIUS / 3, 20.1),
+    (RADIUS / 3 * (2 + np.cos(_TURN)), 20.1 + RADIUS / 3 * np.sin(_TURN)),
+)
+EDGE_DEPTH = 2.0  # small in the body: K differs by 0.1 % from that in a half space
 END = 2.0  # of the coarse edges: nodes this near to an end of a front count apart, as `ends`
 ALUMINIUM = (107.3e3, 60.8e3, 28.3e3)
 ZENER_8 = (149.6e3, 130.8e3, 75.4e3)  # of nearly the copper crystal's mean stiffness
@@ -55,15 +62,16 @@ COLUMNS = {
 class Case:
     """A crack, its loads by name, exact(stress, tensor): K as a function of points and frames.
 
-    material: "isotropic", "crystal", a cubic one of these constants, or "polycrystal" of it; cap: the crack
-    is a cap of a sphere; pulled: by a stress on planes of the box, whose other planes are free; grains:
-    their number; layered: two grains, their boundary amid the box across that axis; stiffer: the
-    second's modulus over the first's; beside: another crack; kinked: the crack is a strip with a
-    kink; halved: errors are those against edges half as long; closed: the lips press on each other, without
-    friction; pressed: the stress across the crack acts on its lips, and none far away; by_place: so does
-    the one of exact_cracks.LIP_LOADS that the load names, from a table; grown: edges grow as fast as they
-    may from the front on; hot: the middle of an inclusion, grain 2, whose eigenstrain is HEAT along all
-    axes; nothing else loads the body then.
+    material: "isotropic", "crystal", a cubic one of these constants, or "polycrystal" of it; cap: the
+    crack is a cap of a sphere; pulled: by a stress on planes of the box, whose other planes are free;
+    grains: their number; layered: two grains, their boundary amid the box across that axis; stiffer:
+    the second's modulus over the first's; beside: another crack; path: x and z of the points of a crack
+    through the box along y; halved: errors are those against edges half as long; closed: the lips press
+    on each other, without friction; pressed: the stress across the crack acts on its lips, and none far
+    away; by_place: so does the one of exact_cracks.LIP_LOADS that the load names, from a table;
+    residual: from a table of residual stress; grown: edges grow as fast as they may from the front on;
+    hot: the middle of an inclusion, grain 2, whose eigenstrain is HEAT along all axes; nothing else
+    loads the body then.
     """
 
     crack: dict
@@ -81,11 +89,12 @@ class Case:
     layered: int | None = None
     stiffer: float = 1.0
     beside: dict | None = None
-    kinked: bool = False
+    path: tuple[tuple[float, float], ...] | None = None
     halved: bool = False
     closed: bool = False
     pressed: bool = False
     by_place: bool = False
+    residual: bool = False
     grown: bool = False
     hot: tuple[float, float, float] | None = None
 
@@ -121,6 +130,25 @@ def _by_place(grown: bool) -> Case:
 
     return replace(
         _penny(0, {name: name for name in exact_cracks.LIP_LOADS}), exact=exact, by_place=True, grown=grown
+    )
+
+
+def _edge() -> Case:
+    """An edge crack under residual stresses uniform along y; its body is held as half of a plate."""
+
+    def exact(load, _):
+        return exact_cracks.loaded_edge(EDGE_DEPTH, load)
+
+    return Case(
+        {"shape": "surface"},
+        {name: name for name in exact_cracks.EDGE_LOADS},
+        exact,
+        size=EDGE_DEPTH,
+        poisson=0.0,
+        residual=True,
+        pulled=True,
+        voxels=(80, 2, 120),
+        path=((-1.0, 60.1), (EDGE_DEPTH, 60.1)),
     )
 
 
@@ -211,6 +239,8 @@ CASES = {
     "pressed": replace(_penny(0, {"pressure": TENSION}), pressed=True),
     "by place": _by_place(grown=False),
     "by place, grown": _by_place(grown=True),
+    "residual": replace(_by_place(grown=False), residual=True),
+    "residual, edge": _edge(),
     "heated": _heated(0.0),
     "heated, halved": replace(_heated(1.5), halved=True),
     "closed 30": _closed(30),
@@ -268,7 +298,7 @@ CASES = {
     "kinked strip, halved": Case(
         {"shape": "surface"},
         {"tension": TENSION},
-        kinked=True,
+        path=_KINKED,
         pulled=True,
         voxels=(40, 24, 40),
         halved=True,
@@ -293,11 +323,11 @@ def meshed(case: Case, length: float):
         off = np.moveaxis(np.indices(case.voxels), 0, -1) + 0.5 - case.hot
         labels = 1 + (np.linalg.norm(off, axis=-1) < INCLUSION)
         voxels = Voxels(labels.astype(np.int32), voxels.spacing, voxels.origin)
-    given = GivenSurface(*_cap()) if case.cap else GivenSurface(*_strip()) if case.kinked else None
+    given = GivenSurface(*_cap()) if case.cap else GivenSurface(*_strip(case)) if case.path else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
     if case.beside:
         crack = one_crack([crack, crack_of_increment(CrackOptions(**case.beside), 0, voxels.box, None)])
-    near, far = (1.25 * length, RADIUS + 2.0) if case.grown else (6.0, 20.0)
+    near, far = (1.25 * length, RADIUS + 2.0) if case.grown else (min(6.0, 2 * case.size), 20.0)
     sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=near, r1=far)
     return opened_mesh(voxels, crack, sizes)
 
@@ -323,13 +353,14 @@ def _cap():
     return points, triangles
 
 
-def _strip():
-    """Return points and triangles of an edge crack of depth RADIUS whose last third is kinked by KINK."""
-    turn = np.radians(KINK)
-    tip = RADIUS / 3 * np.array([np.cos(turn), np.sin(turn)])
-    line = np.array([[-1.0, 20.1], [2 * RADIUS / 3, 20.1], [2 * RADIUS / 3 + tip[0], 20.1 + tip[1]]])
-    points = np.array([[x, y, z] for y in (-1.0, 25.0) for x, z in line])
-    return points, np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]])
+def _strip(case: Case):
+    """Return points and triangles of the crack of a case with a path: a strip through the box along y."""
+    ends = (-1.0, case.voxels[1] + 1.0)
+    points = np.array([[x, y, z] for y in ends for x, z in case.path])
+    count = len(case.path)
+    rows = np.arange(count - 1)
+    near, far = rows + 1, rows + 1 + count
+    return points, np.concatenate([np.stack([rows, near, far], 1), np.stack([rows, far, far - 1], 1)])
 
 
 def model_of(mesh, case: Case):
@@ -386,9 +417,14 @@ def solved(case: Case, model, stress, tensor):
 def on_lips(case: Case, mesh, load) -> tuple:
     """Return the tractions that a load of a case puts on the lips."""
     from craftmesh.mechanics.lips import LipField, loaded_lips
+    from craftmesh.mechanics.residual_stress import StressField, residual_lips
 
     if case.pressed:
         return loaded_lips(mesh, load[2, 2])
+    if case.path and case.residual:
+        x = np.linspace(0, 2 * EDGE_DEPTH, 121)
+        stress = np.outer(exact_cracks.EDGE_LOADS[load][0](x / EDGE_DEPTH), [0, 0, 1, 0, 0, 0])
+        return residual_lips(mesh, StressField(x[:, None], (0,), stress))
     if not case.by_place:
         return ()
     places = np.arange(-RADIUS, RADIUS + TABLE / 2, TABLE)
@@ -397,6 +433,9 @@ def on_lips(case: Case, mesh, load) -> tuple:
     values = exact_cracks.LIP_LOADS[load](x / RADIUS, y / RADIUS)
     pressure, *pull = (np.broadcast_to(part, x.shape) for part in (*values, 0.0))
     places = np.column_stack([x, y, 0 * x]) + CENTRE
+    if case.residual:  # lips A, above the crack, bear szz, sxz and syz
+        stress = np.column_stack([0 * x, 0 * x, pressure, 0 * x, *pull[:2]])
+        return residual_lips(mesh, StressField(places[:, :2], (0, 1), stress))
     return loaded_lips(mesh, 0.0, (), LipField(places, pressure, np.column_stack(pull)))
 
 
@@ -410,11 +449,18 @@ def ball(mesh):
     return middle, float(np.cbrt(0.75 * volume.sum() / np.pi))
 
 
-def pulled(model):
-    """Return the field under unit stress along z on the box's planes, or its own load."""
-    from craftmesh.mechanics.load import tension
+def pulled(model, lips=()):
+    """Return the field under unit stress along z on the box's planes, its own load, or tractions on lips.
+
+    With tractions on the lips the planes XMAX, YMIN and ZMIN are held along their normals.
+    """
+    from craftmesh.mechanics.faces import parse_faces
+    from craftmesh.mechanics.load import load_on, tension
     from craftmesh.solve.solve import SolveOptions, solve
 
+    if lips:
+        rows = parse_faces(("XMAX.x=fixed", "YMIN.y=fixed", "ZMIN.z=fixed"))
+        model = replace(model, load=load_on(model.mesh, rows, lips=lips))
     load = model.load or tension(model.mesh, 2, 1.0, by_stress=True, rollers=False)
     return solve(replace(model, load=load), SolveOptions(tolerance=FINE))[0]
 
@@ -481,10 +527,10 @@ def run(name: str, edges: float) -> list[dict]:
     rows = []
     for load, stress in case.loads.items():
         start = time.process_time()
-        solution = pulled(model) if case.pulled else solved(case, model, stress, tensor)
+        lips = on_lips(case, model.mesh, stress)
+        solution = pulled(model, lips) if case.pulled else solved(case, model, stress, tensor)
         middle = time.process_time()
         stiffness, contact = model.stiffness(), solution.contact
-        lips = on_lips(case, model.mesh, stress)
         found, _ = fracture_parameters(
             model.mesh, solution.displacement, model.grains, stiffness,
             contact=contact, lips=lips, eigenstrain=model.eigenstrain(),
@@ -492,7 +538,7 @@ def run(name: str, edges: float) -> list[dict]:
         exact = case.exact and case.exact(stress, tensor)
         if case.hot:
             exact = exact_cracks.heated(RADIUS, CENTRE, *ball(model.mesh), HEAT)
-        figures = errors(model.mesh, found, exact, case.pulled)
+        figures = errors(model.mesh, found, exact, case.pulled and not case.path)
         if case.printed:
             figures["printed"] = off_printed(found, case)
         seconds = {"solve_s": middle - start, "fracture_s": time.process_time() - middle}

@@ -196,10 +196,10 @@ def _check_increments(case: Case) -> None:
             f"{case.place}: {'inp.faces has no strain or stress but 0' if model.faces else found}, but the "
             "crack grows; set a strain, a stress or a lip_pressure"
         )
-    if model.loads_lips and not case.cracks:
+    if (model.loads_lips or model.residual_stress) and not case.cracks:
         raise CraftmeshError(
-            f"{case.place}: inp.lip_pressure, lip_traction or lip_field load crack faces, but case "
-            f"{case.name!r} has no crack; add a crack, or remove these keys for this case"
+            f"{case.place}: inp.lip_pressure, lip_traction, lip_field or residual_stress load crack "
+            f"faces, but case {case.name!r} has no crack; add a crack, or remove these keys for this case"
         )
     cracks = [CrackOptions(**case.settings["cracks"][name]) for name in case.cracks]
     for increment in range(1, 1 if case.grows else case.increments):

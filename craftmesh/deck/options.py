@@ -5,8 +5,8 @@ from typing import Literal
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.cohesive import parse_cohesive
-from craftmesh.mechanics.faces import check_supports, parse_faces
-from craftmesh.mechanics.history import LoadStep, parse_steps
+from craftmesh.mechanics.faces import RESIDUAL, check_supports, parse_faces
+from craftmesh.mechanics.history import RAMP, LoadStep, parse_steps
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.options import option
 
@@ -86,6 +86,11 @@ class DeckOptions(ModelOptions):
             )
         steps = parse_steps(("ramp:1",) if not_linear else self.steps, names)
         sums = {one.name: one.factors for one in self.combinations}
+        if self.residual_stress and any(step.kind != RAMP or step.level != 1 for step in steps):
+            raise CraftmeshError(
+                f"residual_stress is {self.residual_stress!r}, but steps scale it with their load; "
+                f"give only steps CASE/ramp:1, such as {RESIDUAL}/ramp:1 and then {names[0]}/ramp:1"
+            )
         cases = [case for step in steps for case in sums.get(step.load, {step.load: 1.0})]
         check_supports("steps", dict.fromkeys(cases), parse_faces(self.faces))
         return steps

@@ -147,7 +147,7 @@ def _cycle(front: FrontPoints, block: Block, options: GrowthOptions) -> LoadCycl
 
     k = front.at(block.largest)
     angle, driving = drive(k)
-    if block.ratio is not None:
+    if block.ratio is not None and not front.still:
         ratio = np.full(len(k), block.ratio)
     else:
         other = front.at(block.smallest)

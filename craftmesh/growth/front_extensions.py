@@ -18,6 +18,7 @@ from craftmesh.growth.options import SLIP, GrowthOptions, check_cycle
 from craftmesh.growth.relaxation import rows_along
 from craftmesh.growth.steps import Counted, counted, crack_size
 from craftmesh.growth.trust import trusted
+from craftmesh.mechanics.faces import RESIDUAL
 from craftmesh.mechanics.front_parameters import FrontParameters
 from craftmesh.mechanics.lips import mean_traction
 from craftmesh.mechanics.materials import turned
@@ -64,6 +65,8 @@ def front_extensions(
     stress += mean_traction(model.by_load()[name].load, model.mesh)
     stiffness = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
     lines = [polyline(crack.points[front]) for front in crack.fronts]
+    shares = {one.name: one.factors.get(RESIDUAL, 0.0) for one in model.combinations if RESIDUAL in found}
+    still = {load: share * found[RESIDUAL].k for load, share in shares.items()}
     front = FrontPoints.of(
         parameters.k,
         size,
@@ -85,18 +88,22 @@ def front_extensions(
         contact="contact_closed" in solutions[name].record,
         rows=rows_along(lines, frames.points, frames.binormal),
         last=last,
+        still=still | {"": still[name]} if still else {},
     )
     if options.criterion == SLIP:
         front = replace(front, slip_angle=_slip_angles(front, frames, options, slip))
     report: dict = {"stress": stress}
     if options.yield_stress is not None:
+        # a residual stress is in balance with itself, so that it loads no whole section
         fields = {load: one.displacement for load, one in solutions.items()}
+        if still:
+            fields = {load: one - shares[load] * fields[RESIDUAL] for load, one in fields.items()}
         front = replace(front, net_stress=largest_net_stress(model, fields, options, name))
         report |= {"net_stress": front.net_stress}
     growth, cycles = kinks_and_extensions(front, options)
     report |= _cycles(cycles, options) | {"doubted": trust.doubted}
     columns = parameters.columns()
-    ways = _columns(growth, report, bool(options.blocks) or len(options.loads) > 1)
+    ways = _columns(growth, report, bool(options.blocks or still) or len(options.loads) > 1)
     return columns | ways | {"flags": columns.pop("flags")}, report
 
 

@@ -1,7 +1,7 @@
 """What is known at the points of a crack's fronts before a step."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,8 @@ class FrontPoints:
 
     size: crack size; edge: edge length of the fronts; error: median error of K; contact: True if the
     solution keeps crack faces from overlapping; net_stress: mean stress over the net section; rows: the
-    rows of each front; last: the front and step before, None for the first.
+    rows of each front; last: the front and step before, None for the first. still: by load case the part of
+    its k (n, 3) that a residual stress makes, which factors of loads leave as it is; "": of `k`.
     """
 
     k: np.ndarray
@@ -52,6 +53,7 @@ class FrontPoints:
     net_stress: float = np.nan
     rows: Sequence[FrontRows] = ()
     last: Counted | None = None
+    still: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def increment(self) -> int:
@@ -81,10 +83,11 @@ class FrontPoints:
     def at(self, load: tuple[float, str]) -> np.ndarray:
         """Return K (n, 3) at a factor times a load case; "": the load of `k`."""
         factor, name = load
-        return factor * (self.loads[name] if name else self.k)
+        k, still = self.loads[name] if name else self.k, self.still.get(name, 0.0)
+        return still + factor * (k - still)
 
     def from_trusted(self) -> "FrontPoints":
         """Return these points with K and doubt of trusted points alone (`trust.sources`)."""
         of = sources(self.points, self.trusted, self.front)
-        loads = {name: k[of] for name, k in self.loads.items()}
-        return replace(self, k=self.k[of], doubt=self.doubt[of], loads=loads)
+        loads, still = ({name: k[of] for name, k in part.items()} for part in (self.loads, self.still))
+        return replace(self, k=self.k[of], doubt=self.doubt[of], loads=loads, still=still)

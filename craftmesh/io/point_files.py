@@ -118,8 +118,7 @@ def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     if not data.place and at_points:
         return data.points, lengths
     if not data.place:
-        corners, offsets = data.cells["Polys"]
-        return np.add.reduceat(data.points[corners], offsets[:-1]) / np.diff(offsets)[:, None], lengths
+        return data.centres("Polys"), lengths
     extent = data.place["extent"].reshape(3, 2)
     if at_points:
         return _lattice(data, [np.arange(low, high + 1) for low, high in extent]), lengths

@@ -31,7 +31,7 @@ _MAP_ENTRIES = ("nodes", "elements", "lengths", "aspect_ratio")
 SOLUTION_FORMAT = "craftmesh solution 1"  # value of the entry `format`
 _HISTORY = "history "  # prefix of the entries of a history
 # Order of VTK's stress components, yz before xz.
-_VTK_ORDER = [0, 1, 2, 3, 5, 4]
+VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
 
 def write_grain_tets(
@@ -191,7 +191,7 @@ def write_solution_vtu(
     arrays = {
         "node": node,
         "displacement": displacement,
-        "stress": stress[:, _VTK_ORDER],
+        "stress": stress[:, VTK_ORDER],
         "von_mises": np.sqrt(0.5 * apart + 3 * (shear**2).sum(axis=1)),
     }
     arrays |= {} if slip is None else {"slip": slip}
@@ -209,4 +209,4 @@ def read_solution_vtu(
     """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
     stress = vtk_xml.named_array(path, grid.at_points, ["stress"], "point data")
-    return grid.points, grid.elements(path), stress[:, _VTK_ORDER], grid.at_points.get("slip")
+    return grid.points, grid.elements(path), stress[:, VTK_ORDER], grid.at_points.get("slip")

@@ -41,6 +41,11 @@ class Dataset:
     types: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
     place: Arrays = field(default_factory=dict)
 
+    def centres(self, section: str) -> np.ndarray:
+        """Return the means (m, 3) of the points of a section's cells."""
+        corners, offsets = self.cells[section]
+        return np.add.reduceat(self.points[corners], offsets[:-1]) / np.diff(offsets)[:, None]
+
     def elements(self, path: str | os.PathLike) -> np.ndarray:
         """Return a grid's cells (m, k); raises CraftmeshError, with `path`, if they differ in size k."""
         connectivity, offsets = self.cells["Cells"]

@@ -10,6 +10,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import BOX_PLANES
 
+RESIDUAL = "residual_stress"  # name of the load case of the residual stress
 FIXED, STRAIN, STRESS = "fixed", "strain", "stress"
 _EXPECTED = (
     f"expected FACE.AXIS={FIXED}, FACE.AXIS={STRAIN}:VALUE or FACE.AXIS={STRESS}:VALUE, with a FACE of "
@@ -150,11 +151,13 @@ def _combination(text: str, cases: Sequence[str]) -> Combination:
 def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:
     """Raise CraftmeshError if cases of a sum or a history hold or move different faces.
 
-    Such a sum would have the supports of none of its cases. name: of the sum, for the error.
+    Such a sum would have the supports of none of its cases. The residual stress takes those of the others.
+    name: of the sum, for the error.
     """
     held = {
         case: {f"{row.plane}.{'xyz'[row.axis]}" for row in rows_of(rows, case) if row.kind != STRESS}
         for case in cases
+        if case != RESIDUAL
     }
     first, *others = held or [""]
     for case in others:

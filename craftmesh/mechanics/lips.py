@@ -28,22 +28,30 @@ class LipField:
     traction: np.ndarray
 
     def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return pressure (n,) and traction (n, 3) at places (n, 3).
-
-        The value is on the least-squares plane through the nearest points' values, weighted by inverse
-        squared distance, and is clipped to their range. Within that range, values linear in position are
-        reproduced.
-        """
-        values, tree = np.column_stack([self.pressure, self.traction]), scipy.spatial.KDTree(self.points)
-        rows = range(0, len(places), AT_ONCE)
-        parts = [_on_planes(tree, values, places[row : row + AT_ONCE]) for row in rows]
-        found = np.concatenate([values[:0], *parts])
+        """Return pressure (n,) and traction (n, 3) at places (n, 3), as `interpolated` does."""
+        values = np.column_stack([self.pressure, self.traction])
+        found = interpolated(self.points, values, places, _NEAREST)
         return found[:, 0], found[:, 1:]
 
 
-def _on_planes(tree: "scipy.spatial.KDTree", values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return values (n, c) at places (n, 3), interpolated from `values` (k, c) at the points of a tree."""
-    far, near = tree.query(places, k=range(1, min(_NEAREST, tree.n) + 1))
+def interpolated(points: np.ndarray, values: np.ndarray, places: np.ndarray, count: int) -> np.ndarray:
+    """Return values (n, c) at places (n, d) from values (k, c) at points (k, d).
+
+    The value is on the least-squares plane through the values of the `count` nearest points, weighted by
+    inverse squared distance, and is clipped to their range. Within that range, values linear in position
+    are reproduced.
+    """
+    tree = scipy.spatial.KDTree(points)
+    rows = range(0, len(places), AT_ONCE)
+    parts = [_on_planes(tree, values, places[row : row + AT_ONCE], count) for row in rows]
+    return np.concatenate([values[:0], *parts])
+
+
+def _on_planes(
+    tree: "scipy.spatial.KDTree", values: np.ndarray, places: np.ndarray, count: int
+) -> np.ndarray:
+    """Return `interpolated` values; tree: of the points."""
+    far, near = tree.query(places, k=range(1, min(count, tree.n) + 1))
     weight = 1 / np.maximum(far / np.maximum(far[:, -1:], np.finfo(float).tiny), 1e-6) ** 2
     weight /= weight.sum(axis=1, keepdims=True)
     off, own = tree.data[near] - places[:, None], values[near]
@@ -64,11 +72,7 @@ def loaded_lips(
     not cover them.
     """
     found = []
-    lips = {name: faces for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)}
-    if not lips:
-        raise CraftmeshError(
-            "lip_pressure: the mesh has no lips; give a mesh with an opened crack, or no load"
-        )
+    lips = lips_of(mesh, "lip_pressure")
     if field is not None:
         _refuse_uncovered(mesh, np.concatenate(list(lips.values())), field)
     for name, faces in lips.items():
@@ -82,6 +86,14 @@ def loaded_lips(
             parts += [(k, sign * pull.reshape(places.shape[:2])) for k, pull in enumerate(pulls.T)]
         found += [Traction(faces, stress, name, axis) for axis, stress in parts if np.any(stress)]
     return tuple(found)
+
+
+def lips_of(mesh: TetMesh, key: str) -> dict[str, np.ndarray]:
+    """Return the faces (f, 2) of each lip; raise CraftmeshError, beginning with `key`, if there is none."""
+    lips = {name: faces for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)}
+    if not lips:
+        raise CraftmeshError(f"{key}: the mesh has no lips; give a mesh with an opened crack, or no load")
+    return lips
 
 
 def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None:

@@ -13,12 +13,13 @@ from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.crystals import misfits
 from craftmesh.mechanics.eigenstrains import axes_of, eigenstrains_of_grains, given_strains, is_even
-from craftmesh.mechanics.faces import Combination, parse_faces, rows_of
+from craftmesh.mechanics.faces import RESIDUAL, Combination, parse_faces, rows_of
 from craftmesh.mechanics.lips import LipField, loaded_lips
 from craftmesh.mechanics.load import Load, combined, load_on, near_planes, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
 from craftmesh.mechanics.model_options import EIGENSTRAIN, LIP_PRESSURE, ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
+from craftmesh.mechanics.residual_stress import StressField, residual_lips
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.surface.side_data import notes_on_ids
 from craftmesh.types import Crystal, TetMesh
@@ -116,6 +117,7 @@ def elastic_model(
     crystals: Mapping[int, Crystal] = MappingProxyType({}),
     lip_field: LipField | None = None,
     grain_strains: Mapping[int, np.ndarray] | None = None,
+    residual_stress: StressField | None = None,
 ) -> tuple[ElasticModel, dict]:
     """Return the model of a 4- or 10-node mesh, and counts, including those of the quarter points.
 
@@ -123,12 +125,15 @@ def elastic_model(
     grain_strains that are no grains.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
-    sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains: the content of the
-    files that options lip_field and eigenstrain_file name, strains (3, 3) by grain in sample axes. Raises
+    sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains, residual_stress: the
+    content of the files that options lip_field, eigenstrain_file and residual_stress name, strains (3, 3)
+    by grain in sample axes. Raises
     CraftmeshError if a grain whose material or eigenstrain is not isotropic has no orientation, a phase has
     no material, the element type does not fit the mesh, or the load has no face to act on.
     """
-    _check_held(options, lip_field=lip_field, eigenstrain_file=grain_strains)
+    _check_held(
+        options, lip_field=lip_field, eigenstrain_file=grain_strains, residual_stress=residual_stress
+    )
     mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
     grains = np.unique(mesh.grain)
     axes = _crystal_axes(grains, orientations)
@@ -141,8 +146,12 @@ def elastic_model(
     else:
         notes += notes_on_ids("eigenstrain_file", grain_strains, grains.tolist())
         own_strain = given_strains(grain_strains, grains, axes)
-    cases = {name: _load(mesh, options, lip_field, name) for name in options.cases}
+    named = [name for name in options.cases if name != RESIDUAL]
+    cases = {name: _load(mesh, options, lip_field, name if options.named else "") for name in named}
     load = next(iter(cases.values())) if cases else _load(mesh, options, lip_field)
+    if residual_stress is not None:
+        _check_unit(residual_stress, materials)
+        cases[RESIDUAL] = _of_residual(mesh, options, residual_stress, load)
     model = ElasticModel(
         mesh,
         options.element,
@@ -157,6 +166,25 @@ def elastic_model(
         options.combinations,
     )
     return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
+
+
+def _check_unit(field: StressField, materials: Mapping[int | None, Material]) -> None:
+    """Raise CraftmeshError if a stress is larger than all stiffnesses."""
+    most = max(float(material.stiffness().max()) for material in materials.values())
+    size = float(np.abs(field.stress).max())
+    if size > most:
+        raise CraftmeshError(
+            f"residual_stress: a stress of {size:g} is larger than the stiffness {most:g} of the "
+            "materials; give both in one unit"
+        )
+
+
+def _of_residual(mesh: TetMesh, options: ModelOptions, field: StressField, load: Load | None) -> Load:
+    """Return the load of a residual stress, with the supports of `load`, or of load none without one."""
+    if load is None:
+        planes = near_planes(range(3) if options.sides == "rollers" else ())
+        return load_on(mesh, planes, lips=residual_lips(mesh, field))
+    return replace(combined([(0.0, load)]), pulled=residual_lips(mesh, field))
 
 
 def _check_held(options: ModelOptions, **held: object) -> None:

@@ -5,10 +5,11 @@ from typing import Literal
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.eigenstrains import parse_eigenstrains
-from craftmesh.mechanics.faces import Combination, combinations_of, parse_faces
+from craftmesh.mechanics.faces import RESIDUAL, Combination, check_supports, combinations_of, parse_faces
 from craftmesh.options import Options, option
 
-LIP_PRESSURE, EIGENSTRAIN = "lip_pressure", "eigenstrain"  # names of the load cases that these keys make
+# names of load cases that keys make; LOAD: of everything else, if only the residual stress has a name
+LIP_PRESSURE, EIGENSTRAIN, LOAD = "lip_pressure", "eigenstrain", "load"
 PLATES = "plates"
 
 
@@ -62,6 +63,12 @@ class ModelOptions(Options):
         "csv of a field on the lips: columns x,y,z, and pressure, or tx,ty,tz as in lip_traction, or all; "
         "added to both options",
     )
+    residual_stress: str = option(
+        "",
+        "csv or .vtu of a stress in the body without its crack, in the materials' unit: columns of x,y,z, "
+        "those along which it varies, and of sxx,syy,szz,sxy,sxz,syz, those that are not 0. It acts in "
+        "each load case and sum, growth does not scale it, and alone it is the load case residual_stress",
+    )
     eigenstrain: tuple[str, ...] = option(
         (),
         "strains that grains would have if nothing held them, such as thermal expansion times temperature "
@@ -101,6 +108,11 @@ class ModelOptions(Options):
             raise CraftmeshError(
                 f"eigenstrain_file is {self.eigenstrain_file!r}, but eigenstrain is given too; keep one"
             )
+        if self.residual_stress and self.has_plates:
+            raise CraftmeshError(
+                f"residual_stress is {self.residual_stress!r}, but load is plates, which has no load "
+                "cases; give load strain"
+            )
         _ = self.combinations
         parse_eigenstrains(self.eigenstrain)
         if self.has_plates and not self.magnitude < 0:
@@ -118,16 +130,34 @@ class ModelOptions(Options):
     def cases(self) -> tuple[str, ...]:
         """Names of the load cases, empty if there is a single load.
 
-        Lip loads and eigenstrains are a case each, where the faces name cases.
+        Lip loads and eigenstrains are a case each, where the faces name cases. The residual stress always
+        is; all other loads are the case LOAD then, if the faces name none.
         """
-        named = dict.fromkeys(row.case for row in parse_faces(self.faces) if row.case)
         own = {LIP_PRESSURE: self.loads_lips, EIGENSTRAIN: self.strains_grains}
-        return (*named, *(name for name, given in own.items() if named and given))
+        named = (*self.named, *(name for name, given in own.items() if self.named and given))
+        if not self.residual_stress:
+            return named
+        return (*(named or (LOAD,) * self.has_other_load), RESIDUAL)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Names of the load cases of faces."""
+        return tuple(dict.fromkeys(row.case for row in parse_faces(self.faces) if row.case))
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
-        """The sums of load cases in the option `combine`, by `combinations_of`."""
-        return combinations_of(parse_faces(self.faces), self.cases, self.combine)
+        """The sums of load cases in the option `combine`, by `combinations_of`.
+
+        Each sum has the residual stress, by default once; the last is the residual stress alone.
+        """
+        rows = parse_faces(self.faces)
+        found = combinations_of(rows, self.cases, self.combine)
+        if not self.residual_stress:
+            return found
+        check_supports(RESIDUAL, self.cases, rows)
+        alone = Combination(RESIDUAL, {RESIDUAL: 1.0})
+        loaded = [one for one in found if one.name != RESIDUAL]
+        return (*(one._replace(factors={RESIDUAL: 1.0, **one.factors}) for one in loaded), alone)
 
     @property
     def has_plates(self) -> bool:
@@ -136,7 +166,12 @@ class ModelOptions(Options):
 
     @property
     def is_loaded(self) -> bool:
-        """Whether any load or eigenstrain strains the body."""
+        """Whether any load, eigenstrain or residual stress strains the body."""
+        return self.has_other_load or bool(self.residual_stress)
+
+    @property
+    def has_other_load(self) -> bool:
+        """Whether anything but the residual stress strains the body."""
         if self.faces:
             strained = any(row.value for row in parse_faces(self.faces))
         else:

@@ -8,6 +8,7 @@ import numpy as np
 
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.faces import RESIDUAL
 from craftmesh.mechanics.materials import mean_moduli
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import DECK_RULE, FULL_RULE
@@ -96,7 +97,9 @@ def solve_model(
                 )
                 start = _start(model.mesh.points, last.problem.supports)
                 fields[case] = last.solved(start, None, options.tolerance).displacement
-        last = _after(last, model.under(one), options, partial(_of, progress, one.name))
+        # the residual stress alone is a part of sums, which K by growth needs without contact
+        own = replace(options, contact=False) if one.name == RESIDUAL else options
+        last = _after(last, model.under(one), own, partial(_of, progress, one.name))
         solutions[one.name], figures[one.name] = _solution(model.mesh, last, one.sum_of(fields))
     return solutions, report | {"load_cases": figures}
 

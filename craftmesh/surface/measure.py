@@ -131,8 +131,8 @@ def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dic
 
 
 def span_of(points: np.ndarray) -> np.ndarray:
-    """Return the bounding box (2, 3), smallest and largest coordinates, of points (..., 3)."""
-    points = points.reshape(-1, 3)
+    """Return the bounding box (2, d), smallest and largest coordinates, of points (..., d)."""
+    points = points.reshape(-1, points.shape[-1])
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 

@@ -51,6 +51,7 @@ WRONG_SECTIONS = [
     ({"inp": {"eigenstrain": ["1e-3"]}}, "inp.eigenstrain: '1e-3'; expected KIND:VALUES"),
     ({"inp": {"lip_traction": [1, 2]}}, "inp.lip_traction has 2 numbers; expected 3"),
     ({"inp": {"lip_field": "gone.csv"}}, "inp.lip_field: gone.csv does not exist"),
+    ({"inp": {"residual_stress": "s.csv"}}, "inp.residual_stress: s.csv does not exist"),
     ({"inp": {"eigenstrain_file": "gone.csv"}}, "inp.eigenstrain_file: gone.csv does not exist"),
     ({"inp": {"user_material": "gone.yaml"}}, "inp.user_material: gone.yaml does not exist"),
     ({"inp": {"steps": ["saw:1"]}}, "inp.steps: 'saw:1'; expected ramp:LEVEL"),

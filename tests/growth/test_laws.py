@@ -252,6 +252,21 @@ def test_a_law_of_ones_own_is_taken_by_phase(monkeypatch):
         kinks_and_extensions(front, GrowthOptions(rates=("own_rule:low",)))
 
 
+@pytest.mark.parametrize(("ratio", "share"), [(0.0, 0.4), (0.3, -0.5), (0.5, 1.5)])
+def test_a_residual_stress_adds_to_both_ends_of_a_cycle(ratio, share):
+    """Delta K is that of the load, and Walker's law sees R of the sum, in cycles and in blocks."""
+    m, gamma, known = 3.0, 0.5, front_of(1.0).k
+    front = FrontPoints.of((1 + share) * known, 1.0, still={"": share * known})
+    exact = (ratio + share) / (1 + share)
+    for load in ({"stress_ratio": ratio}, {"blocks": (f"5,1,{ratio}",)}):
+        found, _ = kinks_and_extensions(front, GrowthOptions(rates=(f"walker:1e-12,{m},{gamma}",), **load))
+        assert found.ratio == pytest.approx(exact) and found.driving == pytest.approx((1 + share) * SLOPE)
+        at_zero = (1 + share) * SLOPE * (1 - max(exact, 0.0)) ** gamma
+        assert found.da_dn == pytest.approx(1e-12 * at_zero**m)
+    half, _ = kinks_and_extensions(front, GrowthOptions(coefficient=1e-12, blocks=("1,0.5,0",)))
+    assert half.driving == pytest.approx(max(0.5 + share, 0) * SLOPE)
+
+
 def test_a_crack_at_k_c_is_unstable():
     for options in ({"toughness": SLOPE}, {"rates": (f"forman:1e-9,3,{SLOPE}",)}):
         stays = [
@@ -340,3 +355,13 @@ def test_the_verbs_end_growth_at_k_c_and_at_net_section_yield(tmp_path, capsys):
         assert main([*step, *table]) == 1 and said in capsys.readouterr().err
     mean = 1e-12 * (10 * columns["driving"] ** 3 + (0.5 * columns["driving"]) ** 3) / 11
     assert columns["da_dN"] == pytest.approx(mean) and (columns["R"] == 0).all()
+    (tmp_path / "stress.csv").write_text("szz\n50\n")
+    residual = ["--residual-stress", str(tmp_path / "stress.csv")]
+    assert main(["solve", files["volume.vtu"], "-o", files["u.npz"], *model, *residual]) == 0
+    assert main([*step, *residual, "--yield-stress", "199"]) == 0
+    both = read_front(tmp_path / "sif.csv")
+    # residual K over the sum's is R of a load that goes to 0: a third of 50 and 100
+    assert both["R"] == pytest.approx(1 / 3, rel=1e-2)
+    assert (both["driving"] > 1.4 * columns["driving"]).all()
+    net = json.loads((tmp_path / "f.json").read_text())["growth"]["net_stress"]
+    assert net == pytest.approx(200, rel=1e-3)  # of the load alone
