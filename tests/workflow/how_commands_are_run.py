@@ -102,6 +102,7 @@ BY_OTHER_TESTS = {
             for config in (
                 *("al1050/config", "al6xn/config", "coalescing/config", "coalescing/growth"),
                 *("copper/config", "intergranular/config", "measured_crack/config", "overhang/config"),
+                "spectrum/config",
             )
         ),
         "workflow/test_examples.py::test_example_gives_decks_without_fault",

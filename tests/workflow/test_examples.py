@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
         ("al6xn/config.yaml", "al6xn", 3),
         ("copper/config.yaml", "copper", 3),
         ("measured_crack/config.yaml", "measured_crack", 5),
+        ("spectrum/config.yaml", "spectrum", 6),
         ("intergranular/config.yaml", "intergranular", 2),
         ("overhang/config.yaml", "overhang", 1),
         ("coalescing/config.yaml", "coalescing", 4),
