@@ -25,10 +25,10 @@ def as_array(
 
     The array is a copy, unless `value` is such an array and owns its data.
 
-    Integers may be given as floats such as 3.0. Raises CraftmeshError if `value` is not an array of numbers
-    (booleans, text, other libraries' objects), has another shape, or, for an integer `dtype`, holds
-    fractions or values out of its range. Unless `finite` is False, floats must be finite and at most
-    LARGEST in size.
+    Integers may be given as floats such as 3.0, and [] stands for an array without rows. Raises
+    CraftmeshError if `value` is not an array of numbers (booleans, text, masked entries, other libraries'
+    objects), has another shape, or, for an integer `dtype`, holds fractions or values out of its range.
+    Unless `finite` is False, floats must be finite and at most LARGEST in size.
     """
     whole = np.dtype(dtype).kind in "iu"
     lengths = ", ".join("n" if length is None else str(length) for length in shape)
@@ -78,7 +78,7 @@ class Frozen:
         return type(self), tuple(dict(one) if isinstance(one, MappingProxyType) else one for one in values)
 
     def _convert(self, name: str, dtype: DTypeLike, shape: tuple, *, finite: bool = True) -> None:
-        """Replace the array field `name` by a checked, read-only copy; the rest as in `as_array`."""
+        """Replace the array field `name` by a checked, read-only array; parameters as in `as_array`."""
         array = as_array(f"{type(self).__name__}.{name}", getattr(self, name), dtype, shape, finite=finite)
         object.__setattr__(self, name, array)
 
@@ -90,18 +90,18 @@ class Frozen:
 
 
 def check_indices(name: str, indices: np.ndarray, count: int, of: str = "points") -> None:
-    """Raise CraftmeshError unless all indices are in 0 ... count - 1; `of` names the objects."""
+    """Raise CraftmeshError unless all indices are in 0 ... count - 1; `of` names what they point to."""
     if indices.size and (indices.min() < 0 or indices.max() >= count):
         raise CraftmeshError(
-            f"{name} refers to {of} {indices.min()}..{indices.max()}; there are {count} {of}, from 0"
+            f"{name} refers to {of} {indices.min()}..{indices.max()}; there are {count} {of}, ids from 0"
         )
 
 
 def typed(function: Function) -> Function:
     """Return `function` wrapped to check its arguments against the classes in its signature.
 
-    Arrays are not checked, nor the items of iterables other than lists and tuples. The wrapper raises
-    CraftmeshError.
+    The wrapper raises CraftmeshError for an argument of another class. Not checked: arrays, and the items
+    of iterables other than lists and tuples.
     """
     signature = inspect.signature(function)
 
@@ -122,7 +122,10 @@ def refuse_others(name: str, value: object, classes: tuple[type, ...]) -> None:
 
 
 def refuse_unlike(name: str, value: object, hint: Any) -> None:
-    """Raise CraftmeshError unless `value`, and each item of a list or tuple, is of a class of `hint`."""
+    """Raise CraftmeshError unless `value`, and each item of a list or tuple, is of a class of `hint`.
+
+    Not checked: hints that allow an array or Any.
+    """
     parts = alternatives(hint)
     classes = tuple(get_origin(part) or part for part in parts)
     if any(not isinstance(kind, type) or kind in (np.ndarray, Any) for kind in classes):

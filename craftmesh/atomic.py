@@ -25,7 +25,7 @@ def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextmanager
 def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
-    """Yield a new folder that is renamed to `path` after the block, and replaces an older folder there.
+    """Yield a new folder that is renamed to `path` after the block and replaces an older folder there.
 
     If the block raises, the new folder is removed, and an older one at `path` stays unchanged. Raises
     CraftmeshError if the system cannot write.
@@ -50,8 +50,9 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
 def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
     """Yield a temporary file name for each of `paths`; all are renamed after the block, none if it raises.
 
-    As `atomic_path`. The first path is the file that refers to the others. It is removed before the others
-    change and renamed last, so it never exists together with older or newer files.
+    Folders and errors as in `atomic_path`. The first path is the file that refers to the others. An older
+    one is removed before the others change, and the new one is renamed last. So whoever finds this file
+    also finds the other files of the same run.
     """
     targets = [Path(path) for path in paths]
     temporaries = [_beside(target) for target in targets]

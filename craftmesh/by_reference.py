@@ -1,10 +1,10 @@
 """Named tuples of many arrays, passed to kernels as one reference.
 
 A kernel that takes such a tuple by value unpacks, passes and reference-counts each array at each call.
-This multiplies the compile time of kernels that call kernels and slows them down: counting took a fifth of
-the gradation's time. A reference is a bare address without counts. Kernels read the fields of all its
-tuples in the same way, `state.points`. The Python object keeps address and arrays alive, so kernels must
-not keep them.
+This multiplies the compile time of kernels that call kernels and slows them down: reference counts took a
+fifth of the gradation's time. The reference made here is a bare address without counts. Kernels read the
+fields of all its tuples in the same way, `state.points`. Only the Python object keeps the arrays alive, so
+kernels must not keep the reference or an array of it after they return.
 
 This depends on numba's internal layout of arrays, which may change. It works with the releases in TESTED;
 tests/test_by_reference.py fails with an untested release.
@@ -33,14 +33,14 @@ HEAD = 5
 
 
 class ReferenceType(types.Type):
-    """The numba type of a reference: the names and types of the fields."""
+    """The numba type of a reference: the names and array types of its fields, in their order in memory."""
 
     def __init__(self, fields: tuple[tuple[str, types.Array], ...]):
         self.fields = fields
         super().__init__(f"Reference({', '.join(f'{name}: {kind}' for name, kind in fields)})")
 
     def place(self, wanted: str) -> tuple[int, types.Array]:
-        """Return the offset in words and the type of the field `wanted`; raise AttributeError if absent."""
+        """Return the offset (in words of 8 bytes) and array type of a field; AttributeError if absent."""
         start = 0
         for name, kind in self.fields:
             if name == wanted:
@@ -82,6 +82,7 @@ def _kind_of(fields: list[tuple[str, np.ndarray]]) -> ReferenceType:
 
 
 def _words(array: np.ndarray) -> tuple[int, ...]:
+    """Return numba's array structure as integers; owner and parent are 0, so nothing is counted."""
     return (
         0,
         0,

@@ -15,7 +15,8 @@ from craftmesh.processes.warm import serve, status_of
 def main(argv: list[str] | None = None) -> int:
     """Run one subcommand and return the exit status; an error is one line on stderr, without a traceback.
 
-    argv: the words; None takes the command line and, if a server of subcommands runs, sends it the words.
+    argv: the words after `craftmesh`; None takes those of the command line. Only then, a running server
+    process (`processes/warm`), which has the modules loaded, runs the subcommand instead.
     """
     began = time.monotonic()
     try:
@@ -31,7 +32,7 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return fail("interrupted; nothing was written", INTERRUPTED)
     except MemoryError:
-        return fail("out of memory; use larger sizes, more chunks or fewer workers")
+        return fail("out of memory; use larger edge lengths, more chunks or fewer workers")
     except BrokenPipeError:
         return fail("the program that read the output has ended")
     except OSError as error:
@@ -40,7 +41,10 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def run(argv: list[str]) -> int:
-    """Parse `argv`, run its subcommand and return the exit status; import only its modules."""
+    """Parse `argv`, run its subcommand and return the exit status; import only that subcommand's modules.
+
+    Without words, or with -h or --help, print the overview; with --version print the version.
+    """
     if not argv or argv[0] in ("-h", "--help"):
         print(overview())
         return 0
@@ -61,7 +65,7 @@ def run(argv: list[str]) -> int:
 
 
 def load(verb: str) -> ModuleType:
-    """Import and return a subcommand's module, without garbage collection, because imports make none."""
+    """Import and return a subcommand's module, with garbage collection off: imports leave no garbage."""
     gc.disable()
     try:
         return importlib.import_module(f"{COMMANDS}.{module_name(verb)}")
@@ -71,7 +75,7 @@ def load(verb: str) -> ModuleType:
 
 
 def serve_verbs(number: int) -> None:
-    """Run the subcommands of clients of the socket with the file number `number`."""
+    """Run the subcommands that clients send over the socket with the file descriptor `number`."""
     serve(number, main, load)
 
 
@@ -88,6 +92,7 @@ def overview() -> str:
 
 
 def fail(message: str, status: int = 1) -> int:
+    """Print `message` as one line on stderr and return `status`."""
     print("craftmesh: error:", " ".join(message.split()), file=sys.stderr)
     return status
 

@@ -11,7 +11,10 @@ _PACKAGES = {"nrrd": "pynrrd", "PIL": "pillow"}
 
 @contextmanager
 def extra(name: str) -> Iterator[None]:
-    """Import the packages of the extra `name` in this `with` block; a missing one raises CraftmeshError."""
+    """Raise CraftmeshError with the command to install the extra `name` if an import in the block fails.
+
+    Only ModuleNotFoundError is converted.
+    """
     try:
         yield
     except ModuleNotFoundError as error:

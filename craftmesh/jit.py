@@ -4,9 +4,10 @@ Numba's own cache compares only the source file of the kernel. The machine code 
 a change of a callee in another file numba would run old code.
 
 Numba compiles a kernel again for each integer constant that another kernel passes to it. This took a third
-of the time to compile the marching cubes, and calls without it are not slower.
+of the time to compile the marching cubes. Kernels compiled once for all integers are not slower.
 
-Processes that start together need the same kernels: one compiles a kernel, the others wait and read it.
+Processes that start together need the same kernels. One compiles a kernel; the others wait and read it from
+the cache.
 
 Code in a wheel is used if this CPU can run it, unless the cache on disk has code for exactly this CPU.
 """
@@ -45,7 +46,8 @@ SETTINGS = (
     *("BOUNDSCHECK", "DEBUGINFO_DEFAULT", "EXTEND_VARIABLE_LIFETIMES", "LLVM_REFPRUNE_FLAGS"),
     *("LLVM_REFPRUNE_PASS", "LOOP_VECTORIZE", "OPT", "SLP_VECTORIZE", "USING_SVML"),
 )
-NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for Python and C
+# Callees get no entry points for Python and C, because only kernels call them.
+NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def kernel(function: Callable) -> Callable:
@@ -90,7 +92,10 @@ def _compiled(function: Callable, **options: Any) -> Callable:
 
 
 def _without_constants(template: Callable) -> Callable:
-    """Return `template`, numba's choice of a compilation, with constants replaced by their types."""
+    """Return numba's function `template`, which picks a compilation for argument types, without constants.
+
+    It gets constants as plain integers and booleans, except where that does not compile.
+    """
 
     def plain(kind: types.Type) -> types.Type:
         is_constant = isinstance(kind, types.IntegerLiteral | types.BooleanLiteral)
@@ -160,7 +165,7 @@ class _KernelFiles(CompileResultCacheImpl):
         self._filename_base = f"{self.stem}-{code_digest(function.__module__)}"
 
     def reduce(self, cres: Any) -> tuple:
-        """Return the cached parts of a compilation, without type annotations, which no process reads."""
+        """Return the parts of a compilation to cache, without type annotations, which no process reads."""
         return super().reduce(cres._replace(type_annotation=""))
 
 
@@ -219,8 +224,8 @@ class _KernelCache(FunctionCache):
     def _waited_for_turn(self) -> bool:
         """Lock this kernel for compilation; return True if another process held the lock before.
 
-        The other process may have saved the kernel. A lock ends with its process. Without a writable folder
-        or file locks, no process waits.
+        The other process may have saved the kernel. A lock ends with its process. After LONGEST_WAIT the
+        result is True without a lock. Without a writable folder or file locks, no process waits.
         """
         with suppress(OSError):
             Path(self.cache_path).mkdir(parents=True, exist_ok=True)

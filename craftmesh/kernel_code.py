@@ -1,8 +1,8 @@
 """Machine code of the kernels that Python calls, made once, with their callees included.
 
-By default numba compiles each callee of a kernel with all its own callees, and optimises it again in each
-caller. Here the callees, numba's functions included, stay in LLVM's intermediate representation until a
-kernel that Python calls links them.
+By default numba compiles each callee of a kernel together with the functions that it calls in turn, and
+optimises it again in each caller. Here the callees, numba's own functions included, stay in LLVM's
+intermediate representation until a kernel that Python calls links them.
 
 This depends on numba's internal linking, which may change; tests/test_kernel_code.py then fails.
 """
@@ -80,6 +80,8 @@ class _KernelCode(_Code):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _KernelLowering(NativeLowering):
+    """Numba's step from its own representation to LLVM's, into a `_KernelCode`."""
+
     _name = "kernel_lowering"
 
     def run_pass(self, state: Any) -> bool:
@@ -114,9 +116,10 @@ def _refused_shapes(source, target):  # noqa: ARG001, ANN001, ANN202
 
 @contextmanager
 def code_of_callees() -> Iterator[None]:
-    """Let numba keep the functions it compiles in this block as `_CalleeCode`, unless by `KernelCompiler`.
+    """Let numba compile functions in this block only to LLVM's intermediate representation (`_CalleeCode`).
 
-    Error messages on shapes omit the shapes, because the code for them was a quarter of a kernel's code.
+    A function that `KernelCompiler` compiles becomes machine code, with its callees. Errors on arrays that
+    do not fit a slice omit the shapes, because the code for these was a quarter of a kernel's code.
     """
     context = cpu_target.target_context
     codegen = context.codegen()

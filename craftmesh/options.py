@@ -84,7 +84,7 @@ def alternatives(hint: Any) -> tuple:
 
 
 def choices_of(hint: Any) -> tuple[str, ...]:
-    """Return the values of the Literal in a type hint; empty without one."""
+    """Return the values of the first Literal in a type hint; empty without one."""
     literals = (part for part in _members(hint) if typing.get_origin(part) is typing.Literal)
     return typing.get_args(next(literals, None))
 
@@ -95,7 +95,10 @@ def _members(hint: Any) -> tuple:
 
 
 def items_of(hint: Any) -> tuple[Any, int | None] | None:
-    """Return (item type, length) of a tuple's type hint, None for any length; None for other hints."""
+    """Return (item type, length) of a tuple's type hint, or None if the hint is not a tuple.
+
+    The length is None where any is allowed. The item type is that of the first item.
+    """
     if typing.get_origin(hint) is not tuple:
         return None
     parts = typing.get_args(hint)
@@ -103,7 +106,10 @@ def items_of(hint: Any) -> tuple[Any, int | None] | None:
 
 
 def is_admitted(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
-    """Return whether `value` has the type `hint` and is within an option's bounds and choices."""
+    """Return whether `value` has the type `hint` and is within an option's bounds and choices.
+
+    metadata: of the field, as `option` makes it. An integer counts as a float, a boolean never as a number.
+    """
     choices = choices_of(hint)
     if choices and isinstance(value, str):
         return value in choices

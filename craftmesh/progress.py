@@ -60,7 +60,7 @@ class ProgressLine:
 class LiveLines:
     """Lines that a terminal shows in one place and rewrites; a context manager that clears them on exit.
 
-    A log gets only lines that have changed, at most every `interval` seconds.
+    A log gets only lines that were not among the last ones shown, at most every `interval` seconds.
     """
 
     def __init__(self, stream: TextIO | None = None, interval: float = 30.0):

@@ -5,7 +5,10 @@ from typing import Any
 
 
 class Shown:
-    """Base of things with a picture: `.plot()`, and below their line of text at the end of a cell."""
+    """Base of types with a picture: `.plot()` shows it.
+
+    A notebook cell that ends with the object shows the object's line of text and the picture below it.
+    """
 
     def plot(self, **options: Any) -> Any:
         """Show the thing with pyvista, which takes the options; without pyvista return a picture.

@@ -26,7 +26,7 @@ BOX_FACES = tuple((axis, upper) for axis in range(3) for upper in (0, 1))
 
 
 def _extents(points: np.ndarray) -> str:
-    """Return the bounding box of points (n, 3) as a text with six digits, empty for no points."""
+    """Return the bounding box of points (n, 3) as text with six digits; empty without points."""
     if not len(points):
         return ""
     low, high = told(np.stack([points.min(axis=0), points.max(axis=0)]))
@@ -95,7 +95,7 @@ class Voxels(Frozen, Shown):
 
     @property
     def faces(self) -> int:
-        """The number of voxel faces between different labels, plus those of grain voxels on the box."""
+        """Number of voxel faces between different labels, plus the faces of grain voxels on the box."""
         within = sum(np.count_nonzero(np.diff(self.labels, axis=axis)) for axis in range(3))
         on_box = sum(np.count_nonzero(self.labels.take((0, -1), axis=axis) > 0) for axis in range(3))
         return int(within + on_box)
@@ -174,9 +174,9 @@ class Surface(Frozen, Shown):
         sides: np.ndarray | tuple,
         crack: np.ndarray | None = None,
     ) -> "Surface":
-        """Return the surface of the given facets and set their kinds: INTERFACE, box planes, CRACK.
+        """Return the surface of the given facets, with kinds set here: INTERFACE, box planes, CRACK.
 
-        sides (m, 2), or one pair for all facets, as (1, 0) for one closed grain whose facet normals point
+        sides (m, 2), or one pair for all facets: (1, 0) for one closed grain whose facet normals point
         outward. crack (m,) bool: mask of crack facets, none by default. A facet whose corners lie exactly
         on a plane of the facets' bounding box gets that plane as its kind if one of its sides is no grain.
         """
@@ -224,7 +224,7 @@ _OUTWARD = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8],
 
 @dataclass(frozen=True)
 class TetMesh(Frozen, Shown):
-    """A conformal tetrahedral mesh with named sets.
+    """A conformal tetrahedral mesh with named sets; volumes and sets are not checked here but by `check`.
 
     points (n, 3) float64; tets (m, 4) or (m, 10) int64 in Abaqus order, positive volumes; grain (m,)
     int32. node_sets: name -> (k,) int64 node ids, order kept. face_sets: name -> (k, 2) int64 rows of
