@@ -38,10 +38,10 @@ def cracked_part(
     """Return the polygon in (u, v) that the fronts (k, 3) bound, in the box (2, 3) and a margin around it.
 
     Closed fronts bound the area within the largest one; the others are holes. One open front, whose ends
-    are on the box or near it, divides the box: its side with most of the witnesses (j, 3), points of the
+    are on the box or near it, divides the box: the side with most of the witnesses (j, 3), points of the
     crack, is cracked, or without witnesses the smaller side. heights: all given points' heights over the
     plane; the box is sectioned between the smallest and largest. Raise CraftmeshError for any other set of
-    fronts.
+    fronts, for fronts that cross themselves, and for an open front whose end is too far from the box.
     """
     closed = [front for front in fronts if is_closed(front)]
     if len(closed) == len(fronts):
@@ -114,9 +114,11 @@ def _carried_on(front: np.ndarray, plane: Plane, box: np.ndarray) -> np.ndarray:
 def _way_out(
     end: np.ndarray, heading: np.ndarray, plane: Plane, box: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Return points (k, 2) beyond the end (3,) of a front: on the nearest box face, then far outside.
+    """Return points (k, 2), in u and v, that extend a front from its end (3,) to a box face and beyond it.
 
-    heading (3,): the front's direction there; reach: largest allowed distance of the end from that face.
+    The first lies on the face nearest to the end, in the direction `heading` (3,) of the front there; it is
+    left out if the end is on the face. The last lies far outside, so that the line divides the box. Raise
+    CraftmeshError if the end is more than `reach` from the face or the crack lies along the face.
     """
     inward = np.stack([end - box[0], box[1] - end], axis=1).ravel()  # from XMIN, XMAX, YMIN, ...
     face = int(np.argmin(inward))

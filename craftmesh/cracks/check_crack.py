@@ -27,8 +27,8 @@ def _facet_breaches(crack: Crack) -> list[str]:
     """Return a sentence on triangles without area and one on reversed triangles.
 
     A triangle is reversed if its normal opposes the best-fit normal of its part. If a surface cannot be
-    split into single-valued parts, a triangle is reversed if it is turned by over SHARPEST from all its
-    neighbours.
+    split into single-valued parts, a triangle is reversed if it is turned by over SHARPEST degrees from all
+    its neighbours. Not checked: surfaces with more than two triangles at an edge.
     """
     vectors = area_vectors(crack.points, crack.triangles)
     flat = np.linalg.norm(vectors, axis=1) == 0

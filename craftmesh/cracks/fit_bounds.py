@@ -24,7 +24,10 @@ Numbers = dict[str, Any]  # report of a fit: numbers by name, and notes
 
 
 def refuse_other_place(cloud: np.ndarray, fronts: Sequence[np.ndarray]) -> None:
-    """Raise CraftmeshError if a cloud (n, 3) lies apart from its fronts (k, 3), or differs much in size."""
+    """Raise CraftmeshError if a cloud (n, 3) lies apart from its fronts (k, 3), or its size is not similar.
+
+    The ratio of their bounding boxes' sizes must be between LEAST and MOST.
+    """
     spans = span_of(cloud), span_of(np.concatenate(fronts))
     ratio = size_of(spans[0]) / max(size_of(spans[1]), np.finfo(float).tiny)
     is_beside = are_apart(*spans, BESIDE * size_of(spans[1]))
@@ -52,7 +55,8 @@ def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) 
     """Raise CraftmeshError if the front lies above or below the cloud by more than `length`.
 
     cloud (n, 3), fronts (k, 3): u, v and height over the crack's plane. The test value is the median height
-    difference between front points and their nearest cloud points, if these are nearer than twice `length`.
+    difference between front points and their nearest cloud points in (u, v); front points without a cloud
+    point within twice `length` do not count.
     """
     front = np.concatenate(fronts)
     distance, nearest = scipy.spatial.cKDTree(cloud[:, :2]).query(front[:, :2])

@@ -1,4 +1,4 @@
-"""Fronts that graze a box face are made to end on it, where flat tets would fill the ligament otherwise."""
+"""Fronts that graze a box face are made to end on it; otherwise flat tets would fill the thin ligament."""
 
 from typing import NamedTuple
 
@@ -26,9 +26,9 @@ class _Face(NamedTuple):
 def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
     """Return a surface whose fronts end on the box faces (2, 3) that they graze; l_min in model units.
 
-    A grazing front point at distance d from the face, along the crack, moves by 2 PREPARATION.front l_min -
-    d towards it. Points nearer than half of that pass the face, and the front meets it twice as steeply. A
-    front stays where the crack lies between it and the face.
+    A grazing front point at distance d from the face, along the crack, moves towards it by r - d, where r =
+    2 PREPARATION.front l_min. Points with d < r / 2 thereby pass the face, and the front meets the face
+    twice as steeply. A front stays where the crack lies between it and the face.
     """
     for axis, upper in BOX_FACES:
         outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
@@ -62,7 +62,7 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) ->
 def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _Face) -> np.ndarray:
     """Return vectors (k - 1, 3) along the crack at a front's edges that advance by 1 towards the face.
 
-    A vector is 0 where the crack lies along the face, or between the face and the front (k,).
+    A vector is 0 where the crack lies along the face, or between the face and the front. front (k,): ids.
     """
     edges = np.sort(np.stack([front[:-1], front[1:]], axis=1), axis=1)
     sides = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
@@ -98,9 +98,10 @@ def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> n
 def _refined(
     points: np.ndarray, triangles: np.ndarray, front: np.ndarray, parted: np.ndarray, step: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return points, triangles, front, and each front point's old edge; edges `parted` (k,) are divided.
+    """Subdivide the front edges in the mask `parted` (k - 1,) until none is longer than `step`.
 
-    step: longest edge after the subdivision.
+    Returns points, triangles, the front's ids, and the number of the old edge that starts at or contains
+    each front point.
     """
     places, line, edge = list(points), [], []
     for number, (a, b) in enumerate(zip(front[:-1].tolist(), front[1:].tolist())):

@@ -9,8 +9,8 @@ from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.cracks.near_sheet import weights_in_triangles
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 
-# Length, in spacings, that sets the bending stiffness. The fit halves waves of 2 pi 3^(1/4) times this
-# length, 2.1 spacings, because the hinge energy is three times that of a thin plate.
+# Length, in spacings, that sets the bending stiffness. The fit halves the amplitude of waves that are 2 pi
+# 3^(1/4) times as long, 2.1 spacings, because the hinge energy is three times that of a thin plate.
 STIFFNESS = 0.25
 
 
@@ -19,10 +19,10 @@ def fitted_heights(
 ) -> np.ndarray:
     """Return heights (n,) at points (n, 2) of a triangulation (m, 3) whose edges are about `spacing` long.
 
-    fixed (n,): prescribed heights, NaN where free; at least three, not on a line, must be fixed or
-    measured. measured (k, 3): u, v and height of points to fit; those off the triangles are ignored. The
-    heights minimise the squared deviations plus the bending across edges (the hinge energy of a flat
-    sheet). Without measured points they minimise the bending alone.
+    fixed (n,): prescribed heights, NaN where free. measured (k, 3): u, v and height of points to fit;
+    points off the triangles are ignored. The heights minimise the squared deviations plus the bending
+    across edges (the hinge energy of a flat sheet), without measured points only the bending. Not checked:
+    at least three points, not on a line, must be fixed or measured; otherwise heights may be NaN.
     """
     bends, twice = _bends(points, triangles)
     matrix, values = bends.T @ bends, np.zeros(len(points))
@@ -46,8 +46,8 @@ def interpolation(
 ) -> tuple[np.ndarray, np.ndarray, csr_array]:
     """Return rows (r,) of places (k, 2) on triangles (m, 3), their triangles (r,), sparse weights (r, n).
 
-    weights @ values interpolates values (n,) at the points. within: largest distance of a place from its
-    triangle.
+    weights @ values gives the values at these places that linear interpolation of `values` (n,), given at
+    the points (n, 2), has. within: largest distance of a place from its triangle.
     """
     tree = shapely.STRtree(shapely.polygons(points[triangles]))
     row, triangle = tree.query(shapely.points(places), predicate="dwithin", distance=within)
@@ -62,8 +62,8 @@ def interpolation(
 def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.ndarray]:
     """Return a sparse matrix (e, n) and doubled areas (m,); |matrix @ heights|^2 is the bending energy.
 
-    Each row is an inner edge: edge length times the slope's jump across it, divided by the square root of a
-    third of both triangles' area.
+    Each row belongs to an inner edge: the edge's length times the jump of the slope across it, divided by
+    the square root of a third of the area of both triangles.
     """
     twice = doubled_areas(points, triangles)
     edges, of_corner, count = unique_edges(triangles)

@@ -12,8 +12,9 @@ from craftmesh.surface.dividing import divided_at
 from craftmesh.surface.measure import area_vectors, total_area, unit_normals
 from craftmesh.surface.rounding import EXACT, ROUNDING
 
-# Cosine of the steepest slope for which the area-weighted mean normal is used; it stretches lengths by at
-# most 1.4. For steeper triangles the normal to which they are least steep is better.
+# Cosine of the steepest slope for which the area-weighted mean normal is used. Lengths on a triangle are
+# then at most 1.4 times as long as on the plane. With steeper triangles, the normal to which the steepest
+# one is least steep is better.
 STEEP = np.cos(np.radians(45.0))
 
 
@@ -65,7 +66,7 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
     return direction
 
 
-STEEPEST = 0.15  # smallest cosine of a triangle's normal to the plane's: lengths stretch by at most 7
+STEEPEST = 0.15  # smallest cosine of a triangle's normal to the plane's: lengths are at most 7 times longer
 COVERED = 1e-6  # fraction of the projected area that may be covered twice by rounding; more is a fold
 
 
@@ -100,7 +101,7 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
 
 
 def are_proper(areas: np.ndarray) -> np.ndarray:
-    """Return a mask (m,) of triangles whose area is not zero to rounding, and who thus have a normal."""
+    """Return a mask (m,) of triangles that have a normal: their area is not zero to rounding."""
     return areas > EXACT * areas.sum()
 
 
@@ -128,9 +129,11 @@ Part = tuple[np.ndarray, np.ndarray]  # points (n, 3) and triangles (m, 3)
 def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[Part], str]:
     """Return a surface split into parts that are single-valued over their planes, and a message or ''.
 
-    A single-valued surface without a kink of SHARP stays one part. Any other is split along kinks between
-    KINK and SHARPEST. Parts that fold smoothly, as a bowl or a roll does, are bisected until they are
-    single-valued. If this fails, the whole surface is returned with a message on where it folds.
+    A single-valued surface without a kink of SHARP degrees stays one part. Any other is split along kinks
+    between KINK and SHARPEST degrees. Parts that fold smoothly, as a bowl or a roll does, are bisected
+    until they are single-valued. A surface that folds stays whole, with a message on where it folds, if it
+    has a kink over SHARPEST or would need over MOST_PARTS parts. A single-valued one also stays whole if a
+    part would fold or be a sliver (under LEAST_PART of the area).
     """
     whole = [(points, triangles)]
     fault = fold_of(points, triangles)
@@ -162,10 +165,10 @@ def _parts(points: np.ndarray, triangles: np.ndarray, piece: np.ndarray) -> list
 def _halved(
     points: np.ndarray, triangles: np.ndarray, piece: np.ndarray, number: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points, triangles, part numbers (m,); part `number` is split where its normals turn most.
+    """Bisect part `number` of a surface across the direction in which its normals turn most.
 
-    The dividing plane is perpendicular to that direction. Neighbouring parts share the points that it adds,
-    so that their own seams can end in these points.
+    Returns points, triangles and part numbers (m,). The cutting plane adds points; neighbouring parts get
+    them too, so that their own seams can end there.
     """
     own = triangles[piece == number]
     vectors = area_vectors(points, own)

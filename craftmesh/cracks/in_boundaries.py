@@ -15,12 +15,12 @@ from craftmesh.types import INTERFACE, Crack, Surface
 def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int) -> Crack:
     """Return the crack along options.boundaries of the surface, within the sphere of an increment.
 
-    Without a radius whole boundaries crack. Where the sphere crosses a facet's edge the crack gets a point
-    exactly there; nearer than a tenth of the edge to an end, it ends at that end instead. The crack may
-    branch at triple lines. Its facets are oriented consistently if possible, else from the lower to the
-    higher grain id. Fronts consist of edges of one crack facet within the material; they are split where
-    more than two such edges meet. Raise CraftmeshError if grains do not touch or the sphere misses their
-    boundaries.
+    Without a radius, whole boundaries crack. Where the sphere crosses a facet's edge, the crack gets a
+    point exactly there; nearer than a tenth of the edge to an end, the crack ends at that end instead. The
+    crack may branch at triple lines. Its facets are oriented consistently if possible, else from the lower
+    to the higher grain id. Fronts consist of edges with one crack facet, within the material; they are
+    split at points without exactly two such edges. Raise CraftmeshError if grains do not touch or the
+    sphere misses their boundaries.
     """
     facets, sides = _chosen(surface, boundary_pairs(options))
     turned = sides[:, 0] > sides[:, 1]
@@ -65,8 +65,8 @@ def _within(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points (n, 3), new ones last, facets (m, 3) in a sphere, and ends (k, 2) of split edges.
 
-    An edge crossed close to an end is not split: the crack ends at that end. The rest of a facet with two
-    corners inside is split along its shorter diagonal, as in the cut of a surface.
+    An edge that the sphere crosses close to an end is not split: the crack ends at that end (`divided_at`).
+    A facet with two corners inside leaves a quadrangle, which its shorter diagonal splits.
     """
     side = np.sign(radius - np.linalg.norm(points - centre, axis=1))
     edges, _, _ = unique_edges(facets)
@@ -94,7 +94,10 @@ def _crossing(start: np.ndarray, step: np.ndarray, radius: float) -> np.ndarray:
 
 
 def _fronts(triangles: np.ndarray, surface: Surface, ends: np.ndarray) -> list[np.ndarray]:
-    """Return the fronts as polylines of ids: edges of one triangle that are not edges of free facets."""
+    """Return the fronts as polylines of ids: edges of one triangle that are not edges of free facets.
+
+    ends (k, 2): end points of the surface edges that the points after the surface's own ones split.
+    """
     edges, _, count = unique_edges(triangles)
     rim = edges[count == 1]
     known = len(surface.points)
@@ -108,7 +111,10 @@ def _fronts(triangles: np.ndarray, surface: Surface, ends: np.ndarray) -> list[n
 
 
 def _chains(edges: np.ndarray) -> list[np.ndarray]:
-    """Return edges (k, 2) as polylines of ids, split at nodes without two edges; loops repeat the first."""
+    """Return edges (k, 2) as polylines of ids, split at points that have not exactly two edges.
+
+    A closed line repeats its first id.
+    """
     beside: dict[int, list[int]] = {}
     for a, b in edges.tolist():
         beside.setdefault(a, []).append(b)

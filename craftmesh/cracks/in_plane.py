@@ -82,10 +82,10 @@ def triangulate(
 ) -> Planar:
     """Return the constrained Delaunay triangulation of the polygons that segments (k, 2) bound.
 
-    uv (n, 2). loose: ids of points that lie on no segment. Only polygons with is_inside(uv) > 0 are filled.
-    Loose points and segments outside them are dropped: a box corner that the crack touches, or a bit of
-    mouth between two crossings of a grazing front. Each segment inside becomes an edge, even if it bounds
-    no polygon. Raise CraftmeshError if one cannot.
+    uv (n, 2). loose: ids of points that lie on no segment. Only polygons with a point where is_inside(uv) >
+    0 are filled. Loose points and segments outside these are dropped: a box corner that the crack touches,
+    or a bit of mouth between two crossings of a grazing front. Each segment inside becomes an edge, even if
+    it bounds no polygon. Raise CraftmeshError if a segment cannot become an edge, or no polygon is filled.
     """
     lines = shapely.linestrings(uv[segments])
     polygons = shapely.get_parts(shapely.polygonize(lines))
@@ -139,9 +139,9 @@ def _padded(array: np.ndarray, rows: int, fill: float) -> np.ndarray:
 
 
 def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Planar:
-    """Return the triangulation of triangles (m, 3) with neighbours; segments and boundary edges are fixed.
+    """Return triangles (m, 3) with their neighbours, and with segments and boundary edges marked as fixed.
 
-    It has spare rows for every point of uv that is not in a triangle yet.
+    The result has spare rows for as many points as uv has.
     """
     directed = facet_edges(triangles)
     stride = len(uv) + 1
@@ -159,7 +159,10 @@ def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Plan
 
 
 def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None:
-    """Insert loose points and segments that are not in the triangulation yet."""
+    """Insert the loose points and segments that the triangulation lacks; changes `patch` in place.
+
+    Raise CraftmeshError if a point lies outside or a segment crosses another one.
+    """
     present = set(map(tuple, np.sort(facet_edges(patch.triangles), axis=1).tolist()))
     missing = [pair for pair in np.sort(segments, axis=1).tolist() if tuple(pair) not in present]
     absent = np.setdiff1d(np.concatenate([np.array(missing, np.int64).ravel(), loose]), patch.triangles)
@@ -182,6 +185,7 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
 
 
 def _fix_edge(patch: Planar, a: int, b: int) -> None:
+    """Mark the edge a-b as fixed in both of its triangles."""
     following = np.roll(patch.triangles, -1, axis=1)
     along = (patch.triangles == a) & (following == b) | (patch.triangles == b) & (following == a)
     patch.fixed[: patch.used[1]] |= along

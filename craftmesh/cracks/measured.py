@@ -68,9 +68,10 @@ def crack_through_fronts(
     """Return the surface spanned by the fronts (k, 3) of successive increments, and a report.
 
     The surface contains all their points and bends as little as possible in between. It lies within the
-    last front if that is closed. If it is open, the surface lies between it and the box (2, 3), on the side
-    of the earlier fronts and of the point `inside`, or without these on the smaller side. spacing, the
-    report and errors are as in crack_through_points.
+    last front if that is closed. If that is open, the surface lies between it and the box (2, 3), on the
+    side of most points of the earlier fronts and `inside` (3,), or without these on the smaller side. The
+    report has the spacing and the number of triangles. Raise CraftmeshError as cracked_part does, or if the
+    points lie on a line. spacing: edge length, model units; None: a fortieth of the last front's length.
     """
     fronts = [finite(f"front {k}", front) for k, front in enumerate(fronts, 1)]
     witness = np.reshape(inside if inside is not None else [], (-1, 3))
@@ -154,11 +155,11 @@ def plane_of(points: np.ndarray) -> Plane:
 
 
 def finite(what: str, points: np.ndarray) -> np.ndarray:
-    """Return `points` as an array (k, 3), k >= 3; raise CraftmeshError, naming `what`, if it is not one."""
+    """Return `points` as an array (k, 3); raise CraftmeshError, naming `what`, unless finite and k >= 3."""
     points = np.asarray(points, float)
     if points.ndim != 2 or points.shape[1:] != (3,) or len(points) < 3 or not np.isfinite(points).all():
         raise CraftmeshError(
-            f"the crack's {what} has the shape {points.shape}; expected three or more finite points (k, 3)"
+            f"the crack's {what} is an array {points.shape}; expected (k, 3), k >= 3, of finite numbers"
         )
     return points
 
@@ -179,9 +180,11 @@ def _heights_along(uv: np.ndarray, fronts: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _deviation(places: np.ndarray, triangles: np.ndarray, measured: np.ndarray) -> Numbers:
-    """Return the distances of measured points (k, 3) from the surface, and the counts on and next to it.
+    """Return the numbers of measured points (k, 3) on and next to the surface, and their distances from it.
 
     All coordinates are u, v and height. A distance is the height difference times the cosine of the slope.
+    Keys: points_used (over or under the surface), points_beside, deviation_rms and deviation_most (of the
+    used ones). Raise CraftmeshError if none is used.
     """
     row, triangle, at = interpolation(places[:, :2], triangles, measured[:, :2])
     if not len(row):

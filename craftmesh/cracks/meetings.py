@@ -39,7 +39,10 @@ class Oblique(NamedTuple):
 
 
 def traces(crack: Crack, surface: Surface) -> Traces:
-    """Return the traces of the crack's triangles on the facets of a surface without this crack in it."""
+    """Return the traces of the crack's triangles on the facets of a surface.
+
+    Not checked: the surface must not contain this crack.
+    """
     reach = np.stack([f(crack.points[crack.triangles], axis=(0, 1)) for f in (np.min, np.max)])
     rows = np.flatnonzero(meets_box(surface.points[surface.facets], reach))
     points = np.concatenate([crack.points, surface.points])
@@ -88,9 +91,10 @@ def _oblique(found: Traces, surface: Surface, limit: float) -> Iterator[Oblique]
 def _span(
     corners: np.ndarray, others: np.ndarray, normal: np.ndarray, line: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the interval in which triangles (k, 3, 3) cut the planes, with these normals, of `others`.
+    """Return the segment in which each triangle (k, 3, 3) cuts the plane of its partner in `others`.
 
-    That is its start and end (k,) along the unit vectors `line` (k, 3), and the point (k, 3) of the start.
+    normal (k, 3): of these planes; line (k, 3): unit vectors along the segments. Returns start and end (k,)
+    as coordinates along `line`, and the start's position (k, 3); start = inf if nothing is cut.
     """
     off = ((corners - others[:, :1]) * normal[:, None]).sum(axis=2)
     low, high = np.full(len(corners), np.inf), np.full(len(corners), -np.inf)

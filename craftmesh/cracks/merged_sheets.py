@@ -21,7 +21,10 @@ STEEPEST = np.cos(np.radians(60.0))  # cosine of the steepest slope of two surfa
 
 
 class SheetPair(NamedTuple):
-    """Two surfaces over one plane: points (n, 3) as u, v and height, triangles (m, 3), and outlines."""
+    """Two surfaces over one plane: a plane, and of each surface points, triangles and outline.
+
+    places (n, 3): u, v and height; triangles (m, 3); outlines: polygons in u and v.
+    """
 
     plane: Plane
     places: tuple[np.ndarray, np.ndarray]
@@ -44,9 +47,10 @@ class SheetPair(NamedTuple):
 
 
 def sheet_pair(first: Crack, second: Crack, reach: float) -> SheetPair | None:
-    """Return two surfaces over their mean plane; None if one is too steep for it or they are far apart.
+    """Return two surfaces over their mean plane: points as u, v and height, and outlines in the plane.
 
-    reach: largest distance between their bounding boxes.
+    reach: largest gap between their bounding boxes along an axis. Returns None if the gap is larger, if a
+    triangle is steeper than STEEPEST to the plane, or if an outline is not one polygon.
     """
     low = np.maximum(first.points.min(axis=0), second.points.min(axis=0))
     high = np.minimum(first.points.max(axis=0), second.points.max(axis=0))
@@ -85,9 +89,9 @@ def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
     return inside
 
 
-# Largest gap and largest overlap, in l_min, of surfaces that are joined at a neck. Measured on two coplanar
-# pennies of 7 l_min: an overlap of 0.02 left 4 flat tets and a bare touch 2; an overlap of 0.05 or a gap of
-# 0.02 left none.
+# Largest gap and largest overlap, in l_min, of surfaces that are joined at a neck, a strip across the gap.
+# Measured on two coplanar pennies of radius 7 l_min that were not joined: an overlap of 0.02 left 4 flat
+# tets and a bare touch 2; an overlap of 0.05 or a gap of 0.02 left none.
 GAP = PROMISED.front
 OVERLAP = 0.04
 # Widest strip between two fronts that is filled, in l_min; each front then moves by up to half of it.
@@ -95,7 +99,7 @@ WIDTH = 2 * PREPARATION.front
 # Distance from a neck's corner, in l_min, in which the front loses its points and becomes straight. Points
 # kept near the corner would become mesh nodes that are as close to it.
 STRAIGHT = 0.5
-SAME = 1e-3  # difference that counts as equal, in WIDTH / 2
+SAME = 1e-3  # lengths below this are taken as rounding, in WIDTH / 2
 ARC = 32  # segments of a quarter circle with the radius WIDTH / 2
 
 
@@ -127,7 +131,12 @@ def with_neck(pair: SheetPair, l_min: float) -> shapely.Polygon | None:
 
 
 def _pointed(ring: np.ndarray, both: shapely.Geometry, reach: float, straight: float) -> np.ndarray:
-    """Return a closed ring (k, 2) in which edges across strip mouths become corners of straight lines."""
+    """Return a closed ring (k, 2) in which each edge across the open end of a filled strip is a corner.
+
+    The ring is straight up to `straight` from the corner: it loses its points there. reach: half of the
+    largest width of a strip; an edge whose middle is farther than half of that from the surfaces `both`
+    lies across an end.
+    """
     middle = (ring[:-1] + np.roll(ring[:-1], -1, axis=0)) / 2
     across = shapely.distance(both, shapely.points(middle)) > reach / 2
     if not across.any():
@@ -160,12 +169,12 @@ BLEND = 3.0  # length, in l_min, beyond the first surface over which the second 
 
 
 def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack:
-    """Return the crack with surfaces merged that overlap at a distance of at most `reach`; box (2, 3).
+    """Return the crack with surfaces merged that overlap with a gap of at most `reach`; box (2, 3).
 
-    Where both exist, the merged surface follows the first. Beyond it, it follows the second, whose height
-    is blended with the first's over BLEND l_min. Surfaces that only touch or nearly touch are merged with
-    the strip between them. Surfaces that coincide to rounding stay as they are, as do surfaces farther
-    apart than `reach` anywhere in their overlap.
+    Where both exist, the merged surface follows the first. Beyond the first, it follows the second, whose
+    height is blended with the first's over BLEND l_min. Surfaces that only touch or nearly touch are merged
+    with the strip between them. Surfaces that coincide to rounding stay as they are, as do surfaces that
+    are farther apart than `reach` somewhere in their overlap.
     """
     given = parts = sheets(crack)
     pairs = list(combinations(range(len(parts)), 2))
@@ -203,7 +212,10 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
 def _joined_at_neck(
     pair: SheetPair, whole: shapely.Polygon, box: np.ndarray, l_min: float, reach: float
 ) -> Crack | None:
-    """Return two surfaces that nearly touch as one; None if their heights differ by more than `reach`."""
+    """Return two surfaces that nearly touch as one; None if their nearest points differ more in height.
+
+    whole: outline of the joined surface; reach: largest such difference.
+    """
     ends = shapely.get_coordinates(shapely.shortest_line(*pair.outlines))
     low, high = (pair.heights(number, ends[[number]])[0][0] for number in range(2))
     if not abs(high - low) <= reach:
@@ -225,7 +237,7 @@ def _sheet(
 
 
 def _blended(pair: SheetPair, uv: np.ndarray, reach: float) -> np.ndarray:
-    """Return the heights (n,) of the merged surface at places (n, 2).
+    """Return heights (n,) of the merged surface at `uv` (n, 2): the first's, or the second's, blended.
 
     reach: length over which the second surface returns to its own height.
     """

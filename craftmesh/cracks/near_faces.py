@@ -21,14 +21,16 @@ ALONG = np.sin(np.radians(FLATTEST))  # sine of that angle; below it a crack lie
 LEAST_AREA = 1.0  # smallest area along a face that is rejected, in l_min squared: about two facets
 # Smallest distance, in l_min, of fronts, kinks and mouths from a face; nearer ones leave flat tets.
 LIGAMENT = 0.1
-LENGTH = 8.0  # shortest such line that is rejected, in l_min; circles of radius 80 l_min touch for less
+# Length, in l_min, of such a line from which on it is rejected; circles of radius 80 l_min run along a face
+# for less.
+LENGTH = 8.0
 
 
 Face = tuple[int, int]  # a box face: the axis perpendicular to it, and 0 for the lower, 1 for the upper one
 
 
 class AlongFace(NamedTuple):
-    """The part of a crack along a face: its distances from the face, mean tilt in degrees, and area."""
+    """The part of a crack along a face: least and most distance from it, mean tilt in degrees, and area."""
 
     face: str
     least: float
@@ -40,7 +42,8 @@ class AlongFace(NamedTuple):
 def refuse_near_faces(crack: Crack, box: np.ndarray, l_min: float, lines_too: bool = True) -> None:
     """Raise CraftmeshError if a crack runs along a face of the box (2, 3), or cuts only a sliver off it.
 
-    l_min in model units. lines_too: also reject fronts, kinks and mouths that run close to a face.
+    l_min in model units. lines_too: also reject fronts, kinks and mouths that run close to a face (0.0175
+    to 0.1 l_min) over more than LENGTH; nearer ones count as on the face.
     """
     box = np.asarray(box, float)
     found = along_faces(crack, box, l_min)
@@ -73,10 +76,11 @@ def _refuse_part(part: AlongFace, l_min: float) -> None:
 
 
 def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
-    """Return the crack's parts in the box (2, 3) nearer than NEAR l_min to a face, at less than FLATTEST.
+    """Return the crack's parts in the box (2, 3) that lie along a face, at most one for each face.
 
-    Tilt, distance and area are measured on the crack's triangles, cut off at the box, so a curved crack is
-    measured locally.
+    A part is nearer than NEAR l_min to the face, at less than FLATTEST degrees to it, over more than
+    LEAST_AREA. Tilt, distance and area are measured on the crack's triangles, cut off at the box, so a
+    curved crack is measured locally.
     """
     corners = crack.points[crack.triangles]
     found = []
@@ -132,7 +136,10 @@ def _shares(ends: np.ndarray, slab: np.ndarray) -> np.ndarray:
 
 
 def kink_edges(crack: Crack) -> np.ndarray:
-    """Return the edges (k, 2, 3) of a crack's kinks (`height_parts`); a rough surface counts as without."""
+    """Return the edges (k, 2, 3) of a crack's kinks: edges at which it turns by KINK degrees or more.
+
+    A surface with over MOST_PARTS parts between kinks counts as rough, without kinks.
+    """
     found = [np.zeros((0, 2, 3))]
     for sheet in sheets(crack):
         part, edges, _ = kinks_of(sheet.points, sheet.triangles)

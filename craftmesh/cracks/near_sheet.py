@@ -17,8 +17,8 @@ class Near(NamedTuple):
     foot (n, 3): nearest point of the surface. normal (n, 3): unit normal there; at an edge or corner the
     mean of the adjoining normals, by angle (Baerentzen & Aanaes 2005), so that its sign gives the side. psi
     (n,): signed distance from the surface, or beyond its boundary from its straight continuation. phi (n,):
-    distance of the foot from the fronts, negative beyond the boundary; a mouth in box planes does not count
-    as boundary.
+    distance of the foot from the fronts, inf if there are none; beyond the boundary, minus the distance
+    from it along the continuation. A mouth in box planes does not count as boundary.
     """
 
     foot: np.ndarray
@@ -90,7 +90,10 @@ def weights_in_triangles(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point (n, d) of each triangle (n, 3, d) nearest to its place, and its weights (n, 3)."""
+    """Return the point (n, d) of each triangle (n, 3, d) nearest to its place, and that point's weights.
+
+    The weights (n, 3) are barycentric coordinates.
+    """
     weight = weights_in_triangles(places, corners)
     least = np.full(len(places), np.inf)
     outside = (weight < 0).any(axis=1)

@@ -23,7 +23,8 @@ REACH = 0.25  # triangles farther than this from the box, in its diagonals, may 
 def clean_triangles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Merge coincident points, drop degenerate triangles and unused points, orient triangles consistently.
 
-    Raise CraftmeshError if points (n, 3) or ids (m, 3) are invalid, or if there are no triangles.
+    Raise CraftmeshError if points (n, 3) or ids (m, 3) are invalid, if no triangle is left, if more than
+    two triangles share an edge, or if the surface has only one side.
     """
     points = as_array("the crack's points", points, float, (None, 3))
     triangles = as_array("the crack's triangles", triangles, np.int64, (None, 3))
@@ -170,9 +171,10 @@ def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return triangles without flat caps: inner ones are flipped at their long edge, outer ones dropped.
+    """Remove flat caps: flip inner ones at their long edge and drop outer ones; return the triangles.
 
-    The flattest caps go first; a cap whose neighbour has changed waits for the next pass.
+    The flattest caps go first; a cap whose neighbour has changed waits for the next pass. After ROUNDS
+    passes, caps may be left. Changes the array `triangles` in place.
     """
     for _ in range(ROUNDS):
         height, side = _heights(points, triangles)
@@ -202,7 +204,7 @@ def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return heights (m,) over the longest edge, in longest edges, and the number (m,) of that edge.
+    """Return heights (m,) on the longest edge, relative to its length, and the number (m,) of that edge.
 
     The height of a needle, a triangle with one short edge, is set to inf, because it is not a cap.
     """
@@ -215,7 +217,10 @@ def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def near_box(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return ids of triangles (m, 3) within REACH of the box (2, 3); their boundary forms simple loops."""
+    """Return ids of the triangles (m, 3) within REACH of the box (2, 3).
+
+    Further triangles are added where the boundary would touch itself, so that it forms simple loops.
+    """
     margin = REACH * np.linalg.norm(box[1] - box[0])
     near = meets_box(points[triangles], box + np.array([[-margin], [margin]]))
     while near.any():

@@ -69,11 +69,11 @@ def prepare_crack(
 ) -> Crack:
     """Return the cracks as one that `insert_crack` can mesh in the box (2, 3) with front edges of l_min.
 
-    Fronts that graze a box face are made to end on it. Surfaces that touch, or overlap within
-    PREPARATION.facets, are merged. of_facets: indices of cracks that consist of facets of the body's
-    surface; these keep their fronts. is_guess: l_min is a guess; fronts, kinks and mouths near a face are
-    then accepted. Raise CraftmeshError if a surface runs so close along a box face or another one that only
-    flat tets fit.
+    Fronts that graze a box face are made to end on it. Surfaces that touch, or overlap with a gap of at
+    most PREPARATION.facets l_min, are merged. of_facets: indices of cracks that consist of facets of the
+    body's surface; these keep their fronts. is_guess: l_min is a guess; fronts, kinks and mouths near a
+    face are then accepted. Raise CraftmeshError if a surface runs along a box face, or along another
+    surface, so close that only flat tets fit in between.
     """
     parts = []
     for number, crack in enumerate(cracks):

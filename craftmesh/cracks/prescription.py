@@ -20,11 +20,11 @@ _SIZES = ("a radius or depth > 0", "semi_axes a, b > 0")
 
 
 def check_crack(options: CrackOptions, increment: int) -> None:
-    """Raise CraftmeshError, naming the key, if no box and no file could make a crack of these options."""
+    """Raise CraftmeshError, naming the key, if these options make no crack with any box and any files."""
     if options.shape in BY_FILES:
         given_file(options, increment)
     if options.shape == "points" and not options.front:
-        raise CraftmeshError("crack.front is not given; expected the csv of the front of a point cloud")
+        raise CraftmeshError("crack.front is not given; give the CSV file of the front of the point cloud")
     if options.shape == IN_BOUNDARIES:
         boundary_pairs(options)
     if options.shape == SLIP_PLANE and not (options.grain and np.any(options.plane)):
@@ -48,7 +48,7 @@ def is_sized(options: CrackOptions) -> bool:
 
 
 def changing(options: CrackOptions, increment: int) -> tuple:
-    """Return the values that change with the increment: the semi-axes, the file, or nothing."""
+    """Return the values that change with the increment: the semi-axes, the file, or an empty tuple."""
     if is_sized(options):
         return semi_axes(options, increment)
     return (given_file(options, increment),) if options.shape in BY_FILES else ()
@@ -111,7 +111,7 @@ def boundary_pairs(options: CrackOptions) -> np.ndarray:
 
 
 def vector(name: str, value: Any) -> np.ndarray:
-    """Return the value of the crack option `name` as a vector (3,); raise CraftmeshError if it is none."""
+    """Return the value of the crack option `name` as (3,); CraftmeshError unless it is 3 finite numbers."""
     try:
         found = np.asarray(value, float)
     except (TypeError, ValueError):

@@ -27,7 +27,7 @@ LATER_CRACKS = Off(facets=0.005, front=0.0005)
 # middles of edges and facets that adds up to 0.015 (seed 103 of the random cracks). The front's curve is
 # replaced by segments.
 GRADATION = Off(facets=0.015, front=0.0005)
-# Share of the tetrahedra: a share ten times as large gains nothing.
+# Share of the tetrahedra: with ten times as much, tetrahedra get no better.
 TETRAHEDRA = Off(facets=0.005, front=0.0)
 SHARES = {
     "preparation": PREPARATION,

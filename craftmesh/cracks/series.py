@@ -22,8 +22,9 @@ SAGITTA = 1e-5  # largest distance of the front from its chords, in radii or sma
 def prescribed_crack(box: np.ndarray, options: CrackOptions, increment: int = 0) -> Crack:
     """Return the planar crack of `increment` (0, 1, ...); its fronts end exactly on the box (2, 3).
 
-    Raise CraftmeshError if numbers are invalid, the increment is missing, or no front lies in the box.
-    `crack_of_increment` handles shapes that are read from files.
+    A crack that severs the box has no front. Raise CraftmeshError if numbers are invalid, the increment is
+    missing, or the crack lies outside the box. `crack_of_increment` handles shapes that are read from
+    files.
     """
     if options.shape not in BY_NUMBERS:
         raise CraftmeshError(
@@ -54,6 +55,7 @@ def _edge_outline(centre: np.ndarray, depth: float, box: np.ndarray) -> np.ndarr
 
 
 def _check_reaches(points: np.ndarray, frame: np.ndarray, box: np.ndarray) -> None:
+    """Raise CraftmeshError unless the crack's plane cuts the box and its bounding box overlaps the box."""
     corners = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     offset = (corners - points[0]) @ frame[2]
     margin = 1e-9 * np.linalg.norm(box[1] - box[0])

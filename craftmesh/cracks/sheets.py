@@ -66,9 +66,9 @@ def _from_least(front: np.ndarray) -> list[int]:
 def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     """Return a surface as parts that are single-valued over their planes, or itself if it is; box (2, 3).
 
-    The largest part comes first, so that a kink across a box edge is cut from its plane. Both the fronts
-    and the seams to other parts become fronts of a part. Parts outside the box are dropped. Raise
-    CraftmeshError if the surface folds.
+    The largest part comes first, so that a kink across an edge of the box is cut from the plane of that
+    part. Fronts of a part are the fronts of the surface and the seams to other parts. Parts outside the box
+    are dropped. Raise CraftmeshError if the surface cannot be split into such parts.
     """
     parts, fault = height_parts(sheet.points, sheet.triangles)
     if fault:
@@ -83,7 +83,7 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
 
 
 def seam_ends(parts: list[Crack]) -> np.ndarray:
-    """Return the boundary points (k, 3) of a surface that several of its parts share."""
+    """Return ends (k, 3) of the seams between parts: boundary points of the surface in several parts."""
     if len(parts) == 1:
         return np.zeros((0, 3))
     points, every = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_inverse=True)
@@ -119,7 +119,7 @@ def cracks_from_triangles(
 
     Each piece becomes a crack as in crack_from_triangles. A front whose points all belong to a piece is
     used for that piece only. If any piece has such a front, the front of a piece without one is its
-    boundary in the box.
+    boundary in the box; if none has, every piece gets all fronts.
     """
     points, triangles = clean_triangles(points, triangles)
     piece = pieces(triangles)

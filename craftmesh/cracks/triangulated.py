@@ -85,7 +85,10 @@ def with_fronts(
 
 
 def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
-    """Return closed loops of point ids along the boundary, first id repeated, the surface on their left."""
+    """Return closed loops of point ids along the boundary, first id repeated, the surface on their left.
+
+    Raise CraftmeshError if the boundary touches itself at a point.
+    """
     _, of_corner, count = unique_edges(triangles)
     corner, side = np.nonzero(count[of_corner] == 1)
     start, end = triangles[corner, side], triangles[corner, (side + 1) % 3]
@@ -162,13 +165,17 @@ def _refuse_crossing(points: np.ndarray, triangles: np.ndarray) -> None:
 
 
 def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:
+    """Raise CraftmeshError if a boundary loop of points uv (n, 2) crosses itself."""
     for loop in loops:
         if not shapely.LinearRing(uv[loop]).is_simple:
             raise CraftmeshError("the crack front crosses itself; give a front without crossings")
 
 
 def _refuse_no_crack(corners: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray) -> None:
-    """Raise CraftmeshError if a given front was not found, or triangles (m, 3, 3) miss the box (2, 3)."""
+    """Raise CraftmeshError if fronts were given, none of which was found, or the triangles miss the box.
+
+    corners (m, 3, 3): of the triangles; box (2, 3). Called for a crack without fronts.
+    """
     span = span_of(corners)
     if fronts is not None:
         front = span_of(np.concatenate(fronts))

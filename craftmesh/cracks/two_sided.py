@@ -19,8 +19,9 @@ def middle_sheet(
 
     A thin shell (`sides_apart`) has two sides along each other over most of its area. Its middle surface is
     single-valued over the least-squares plane and ends at the shell's rim; where that touches the box (2,
-    3), it extends past the box. The report has notes; it is empty for other surfaces. Raise CraftmeshError
-    if a shell is not single-valued over a plane or forms several regions.
+    3), it extends past the box. The report has the numbers of the fit and notes; it is empty if the surface
+    is not a thin shell. Raise CraftmeshError if a shell is not single-valued over a plane or forms several
+    regions.
     """
 
     whole = GivenSurface(points, triangles)

@@ -103,10 +103,10 @@ def notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[str
 def outline_of(
     plane: Plane, centres: np.ndarray, edge: float, box: np.ndarray, rim: float
 ) -> tuple[shapely.Polygon, int]:
-    """Return the polygon in (u, v) around the outermost centres (n, 3), extended past the box; and `gaps`.
+    """Return the polygon in (u, v) around the outermost centres (n, 3), and the number of gaps closed.
 
-    rim: distance of the polygon from these centres, in edges. gaps: number of gaps at box faces, narrow as
-    pinholes, that are closed.
+    rim: distance of the polygon from these centres, in edges. Near a box face the polygon extends past the
+    box; gaps there that are as narrow as pinholes are closed. Raise CraftmeshError if it has several parts.
     """
     uv = plane.of(centres)[:, :2]
     far = MARGIN * np.linalg.norm(box[1] - box[0])
@@ -144,7 +144,10 @@ def smoothed(polygon: shapely.Polygon, edge: float) -> shapely.Polygon:
 
 
 def _smoothed_ring(ring: np.ndarray, edge: float) -> np.ndarray:
-    """Return the closed ring (k, 2), resampled evenly and filtered: twice the filter minus its square."""
+    """Return the closed ring (k, 2), resampled evenly and smoothed (twice a Gaussian minus its square).
+
+    This combination shrinks the ring less than the filter alone.
+    """
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
     count = max(int(np.ceil(arc[-1] / (STEP * edge))), 8)
     at = np.linspace(0, arc[-1], count, endpoint=False)

@@ -72,8 +72,8 @@ def tilts(crack: Crack) -> np.ndarray:
 def area_off(area: float, given: float, segments: float, unit: float) -> float:
     """Return the error of an area in units of the error that insertion and gradation are allowed.
 
-    given: expected area; segments: area between the front and its chords, which may be missing at no cost;
-    unit: smallest target length.
+    given: expected area; segments: area between the front and its chords, which `area` may lack at no cost;
+    unit: smallest target length. 1 is the largest allowed error.
     """
     off = min(abs(area - given), abs(area - given + segments))
     return off / (AREA_KEPT * max(AREA_PROMISED * given, LEAST_AREA_PROMISED * unit**2))

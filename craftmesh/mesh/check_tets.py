@@ -18,7 +18,8 @@ from craftmesh.mesh.tet_connectivity import (
 )
 from craftmesh.types import BOX_PLANES, TetMesh
 
-_MID_NODE_REACH = 0.51  # distance from the edge's middle over its length; a quarter point has .25
+# Largest distance of a mid node from its edge's middle over the edge's length; a quarter point has 0.25.
+_MID_NODE_REACH = 0.51
 
 
 def check_tets(mesh: TetMesh) -> list[str]:
@@ -28,8 +29,8 @@ def check_tets(mesh: TetMesh) -> list[str]:
     every face has two elements or is in exactly one face set, and faces in sets are free; nodes on box
     planes lie exactly on them; lips coincide facet by facet; node sets hold the nodes of their faces,
     fronts in order, with edges that both lips share; mid nodes are near their edges' middles and shared
-    with the neighbours. Nodes of a front may be doubled only across other crack facets, because else faces
-    between the copies are in no set.
+    with the neighbours. A front node may have copies only across facets of another crack; elsewhere, faces
+    between the copies are free and in no set.
     """
     if not len(mesh.tets):
         return ["The mesh has no tetrahedra."]

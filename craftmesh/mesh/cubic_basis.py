@@ -7,15 +7,15 @@ import numpy as np
 import scipy
 
 DEGREE = 3
-# Weight of the coefficients against the data, which makes solutions unique where data are too few.
+# Weight of the squared coefficients relative to the data; it makes solutions unique where data are too few.
 SMALLEST = 1e-14
-# Fewest pieces of a closed curve: with fewer its B-splines are not distinct.
+# Fewest pieces (spans between breaks) of a closed curve: with fewer its B-splines are not distinct.
 LEAST_CLOSED = DEGREE + 1
 
 
 @dataclass(frozen=True, eq=False)
 class CubicBasis:
-    """Cubic B-splines between breaks (m + 1,), which rise from 0 to the length; periodic if closed."""
+    """Cubic B-splines over arc length; breaks (m + 1,) ascend from 0 to the length; periodic if closed."""
 
     breaks: np.ndarray
     closed: bool
@@ -31,7 +31,10 @@ class CubicBasis:
         return len(self.breaks) - 1 + (0 if self.closed else DEGREE)
 
     def design(self, s: np.ndarray) -> "scipy.sparse.csr_array":
-        """Return the values (k, size) of all B-splines at s (k,), beyond an open curve those at its end."""
+        """Return the values (k, size) of all B-splines at arc lengths s (k,).
+
+        Beyond the ends of an open curve these are the values at the nearer end.
+        """
         s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
         rows = scipy.sparse.csr_array(scipy.interpolate.BSpline.design_matrix(s, self._knots(), DEGREE))
         folded = scipy.sparse.csr_array(
@@ -45,8 +48,9 @@ class CubicBasis:
     ) -> np.ndarray:
         """Return the coefficients (size, c) with which rows (k, size) best fit values (k, c).
 
-        weights (k,): of the data; stiffness: relative weight of the coefficients' changes of slope. It
-        smooths the result, and alone determines it where there are no data.
+        weights (k,): of the rows; stiffness: weight of the squared changes of slope between coefficients,
+        relative to a typical diagonal entry of the normal equations. It smooths the result, and determines
+        it where there are no data.
         """
         rows = scipy.sparse.csr_array(rows)
         weighted = rows.T @ scipy.sparse.diags_array(weights)
@@ -77,7 +81,10 @@ class CubicBasis:
         return np.concatenate([before, self.breaks, after])
 
     def _bends(self) -> "scipy.sparse.csr_array":
-        """Return the operator (b, size) from coefficients to changes of slope there; it is 0 on lines."""
+        """Return the operator (b, size) from coefficients to the changes of slope between them.
+
+        A straight line gives 0. Distances between coefficients are relative to their mean.
+        """
         n, knots = self.size, self._knots()
         rows = n if self.closed else n - 2
         if n < DEGREE:
@@ -96,9 +103,10 @@ class CubicBasis:
 def graded_basis(
     s: np.ndarray, sizes: np.ndarray, length: float, closed: bool, spacing: float
 ) -> CubicBasis:
-    """Return a basis whose pieces are `spacing` local sizes long; sizes (k,): at the nodes' s (k,).
+    """Return a basis whose pieces are about `spacing` local sizes long; their number is whole.
 
-    length: of the whole curve, the closing segment included.
+    s (k,), sizes (k,): arc lengths and local edge lengths of the front's nodes; length: of the whole curve,
+    the closing segment included.
     """
     at = np.append(s, length) if closed else s
     size = np.append(sizes, sizes[0]) if closed else sizes
@@ -110,6 +118,6 @@ def graded_basis(
 
 
 def even_basis(length: float, closed: bool, spacing: float) -> CubicBasis:
-    """Return a basis whose pieces are all of one length, about `spacing`."""
+    """Return a basis with pieces of one length, about `spacing`, on a curve of the given `length`."""
     pieces = max(round(length / spacing), LEAST_CLOSED if closed else 1)
     return CubicBasis(np.linspace(0.0, length, pieces + 1), closed)

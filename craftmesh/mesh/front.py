@@ -13,12 +13,13 @@ from craftmesh.types import TetMesh
 def front_polylines(
     points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, np.ndarray]
 ) -> list[tuple[np.ndarray, bool]]:
-    """Return the crack's fronts as (ordered corner nodes, closed?), sorted by their first points.
+    """Return the crack's fronts as (ordered corner nodes, closed?), sorted by their first nodes' positions.
 
-    A front edge lies on the rim of lip A and on no other free face. Lip B has both its nodes, on a facet
-    that coincides with lip A's facet there. Where a crack branches, the lips of two branches share edges
-    too, but no facets. A front runs so that the crack is on its left as seen from lip A. Open fronts start
-    at their tail, closed ones at their point of lowest x, then y, then z, which is not repeated.
+    A front edge lies on the rim of lip A and on no other free face. Lip B has the same two nodes, on a
+    facet that coincides with lip A's facet there. Where a crack branches, lips of two branches share edges
+    too, but no facets. A front runs so that the crack is on its left as seen from lip A. A closed front
+    starts at its point of lowest x, then y, then z, which is not repeated. A front through a node where
+    front edges branch is cut there.
     """
     return sorted(
         _chains(_front_edges(points, tets[:, :4], face_sets), points),
@@ -27,7 +28,7 @@ def front_polylines(
 
 
 def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
-    """Return the ordered fronts of a mesh, with mid nodes between the corners if it has any."""
+    """Return the fronts of a mesh as (ordered nodes, closed?); mid nodes, if any, stand between corners."""
     fronts = front_polylines(mesh.points, mesh.tets, mesh.face_sets)
     if mesh.tets.shape[1] == 4:
         return fronts
@@ -44,7 +45,7 @@ def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
 
 
 def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the directed front edges (k, 2) that craftmesh.surface.front defines, from opened faces."""
+    """Return the directed front edges (k, 2), as `front_polylines` defines them."""
     lips = [face_nodes(tets, faces) for faces in lip_faces(face_sets)]
     if not all(map(len, lips)):
         return np.zeros((0, 2), np.int64)
@@ -66,7 +67,10 @@ def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, n
 def _have_twins(
     points: np.ndarray, triangles: np.ndarray, others: np.ndarray, edges: np.ndarray
 ) -> np.ndarray:
-    """Return a mask of edges (k, 2) whose triangles (k, 3) coincide with one of `others` (j, 3)."""
+    """Return a mask of edges (k, 2) whose triangle (k, 3) has a twin among `others` (j, 3).
+
+    The twin has the edge's nodes and its third corner at the same position.
+    """
     theirs = facet_edges(others)
     near = np.isin(theirs, edges).all(axis=1)
     ends = np.sort(np.concatenate([edges, theirs[near]]), axis=1)
@@ -78,7 +82,7 @@ def _have_twins(
 
 
 def _chains(edges: np.ndarray, points: np.ndarray) -> Iterator[tuple[np.ndarray, bool]]:
-    """Yield (nodes, closed?) of the chains of directed edges, cut where other than two edges meet."""
+    """Yield (nodes, closed?) of chains of directed edges, cut at nodes without one edge in and one out."""
     ahead: dict[int, list[int]] = {}
     behind: dict[int, int] = {}
     for tail, head in edges.tolist():

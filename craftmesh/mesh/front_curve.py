@@ -10,16 +10,16 @@ from craftmesh.mesh.cubic_basis import graded_basis
 
 # Number of edges on each side over which edge lengths are averaged: neighbours differ by up to 3 : 1.
 WINDOW = 4
-# Length of the curve's pieces in local sizes, and its stiffness. Nodes lie up to 0.01 of an edge off the
-# given front at spacings of 0.3 to 1.5 edges: on a circle of 8 edges radius tangents then err by at most
-# 0.30 degrees, by 0.72 with pieces of 2 sizes; on half an open circle by 0.40. A stiffness of 1e-2 takes
-# 0.08 degrees off the circle's, but flattens sharp bends: K_I at the sharp ends of an ellipse 2:1, of five
-# edges radius, was 0.6 % low instead of 0.35.
+# Length of the curve's pieces in local sizes (mean lengths of nearby front edges), and the stiffness of the
+# fit. Measured with nodes up to 0.01 of an edge off the given front and 0.3 to 1.5 edges apart: on a circle
+# of 8 edges radius tangents err by at most 0.30 degrees, by 0.72 with pieces of 2 sizes; on half an open
+# circle by 0.40. A stiffness of 1e-2 lowers the circle's error by 0.08 degrees, but flattens sharp bends:
+# K_I at the sharp ends of an ellipse 2:1, of five edges radius, was 0.6 % low instead of 0.35.
 PIECE, STIFFNESS = 3.0, 1e-3
-# Longest piece over the bend radius of the front. At the sharp ends of an ellipse 25:6, of three edges
-# radius, K_I erred by 0.95 % without this limit, by 0.73 % with it.
+# Largest ratio of a piece's length to the front's bend radius. At the sharp ends of an ellipse 25:6, of
+# three edges radius, K_I erred by 0.95 % without this limit, by 0.73 % with it.
 OF_BEND = 0.6
-# Shortest spline piece over a straight front's piece; shorter ones fit the noise of node positions.
+# Smallest length of a piece relative to that on a straight front; shorter ones fit the noise of nodes.
 SHORTEST = 0.5
 # Weight of an open front's ends against its other nodes: they lie on faces, and the curve ends there.
 END_WEIGHT = 1e6
@@ -30,8 +30,8 @@ NEWTON_STEPS, LONGEST_STEP = 12, 0.5
 class MovingFrames(NamedTuple):
     """Frames at points (k,) of a curve.
 
-    point (k, 3); axes (k, 3, 3): rows binormal, normal and tangent; turns (k, 3, 3): their derivatives by
-    s; speed (k,): length of the point's derivative.
+    point (k, 3); axes (k, 3, 3): rows binormal, normal and tangent; turns (k, 3, 3): derivatives of the
+    axes by arc length s; speed (k,): length of the point's derivative by s, close to 1.
     """
 
     point: np.ndarray
@@ -44,8 +44,8 @@ class MovingFrames(NamedTuple):
 class FrontCurve:
     """A front by its arc length s: point and normal are piecewise cubics of s with three columns.
 
-    normal: the crack's, not exactly of unit length or perpendicular to the curve; see `frames`. An open
-    curve continues straight beyond its ends, with the frames there.
+    normal: the crack's, not exactly of unit length or perpendicular to the curve; `frames` corrects both.
+    An open curve continues straight beyond its ends, with the frames of the ends.
     """
 
     point: "scipy.interpolate.PPoly"
@@ -59,7 +59,7 @@ class FrontCurve:
 
     @property
     def pieces(self) -> int:
-        """The number of cubics."""
+        """The number of cubic pieces."""
         return len(self.point.x) - 1
 
     def frames(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -85,7 +85,10 @@ class FrontCurve:
         return MovingFrames(point, axes, turns, speed)
 
     def nearest(self, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """Return the s (k,) of the curve nearest to points (k, 3), by Newton's method from `guess`."""
+        """Return the arc lengths s (k,) of the curve's points nearest to points (k, 3).
+
+        Newton's method from `guess` (k,), at most NEWTON_STEPS iterations. s may lie beyond an open curve.
+        """
         s, left = np.array(guess, float), np.arange(len(points))
         longest = LONGEST_STEP * self.length / self.pieces
         for _ in range(NEWTON_STEPS):
@@ -98,7 +101,7 @@ class FrontCurve:
         return self._inside(s) if self.closed else s
 
     def bend_radius(self, s: np.ndarray) -> np.ndarray:
-        """Return the bend radius (k,) at s (k,), by tangents 0.001 of the length on either side."""
+        """Return the bend radius (k,) at s (k,), from tangents 0.001 of the length on either side."""
         step = 1e-3 * self.length
         low, high = s - step, s + step
         if not self.closed:
@@ -110,7 +113,7 @@ class FrontCurve:
         return np.mod(s, self.length) if self.closed else np.clip(s, 0, self.length)
 
     def _course(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return points, unit tangents and their derivatives (k, 3) at s (k,), and the speed (k,)."""
+        """Return points, unit tangents, their derivatives by s (k, 3) and speeds (k,) at arc lengths s."""
         inside = self._inside(s)
         first, second = self.point(inside, 1), self.point(inside, 2)
         beyond = np.zeros(len(s)) if self.closed else s - inside
@@ -131,7 +134,7 @@ def front_curve(points: np.ndarray, normals: np.ndarray, closed: bool) -> FrontC
 
 
 def _fitted(points: np.ndarray, normals: np.ndarray, closed: bool, sizes: np.ndarray) -> FrontCurve:
-    """Return the curve with pieces of PIECE local sizes (k,)."""
+    """Return the fitted curve with pieces of PIECE times the local sizes (k,)."""
     s, length = arc_lengths(points, closed)
     basis = graded_basis(s, sizes, length, closed, PIECE)
     weights = np.ones(len(s))
@@ -142,7 +145,7 @@ def _fitted(points: np.ndarray, normals: np.ndarray, closed: bool, sizes: np.nda
 
 
 def sizes_at_bends(sizes: np.ndarray, bend: np.ndarray, share: float) -> np.ndarray:
-    """Return sizes (k,) limited to `share` of the bend radius (k,), but at least SHORTEST of these."""
+    """Return sizes (k,) limited to `share` of the bend radius (k,), but at least SHORTEST of the given."""
     return np.clip(share * bend, SHORTEST * sizes, sizes)
 
 
@@ -160,13 +163,19 @@ def edge_lengths(points: np.ndarray, closed: bool) -> np.ndarray:
 
 
 def ways_along(s: np.ndarray, others: np.ndarray, total: float, closed: bool) -> np.ndarray:
-    """Return distances (k, m) along a front of length `total` from s (k,) to others (m,), the shorter."""
+    """Return distances (k, m) along a front of length `total` from s (k,) to arc lengths `others` (m,).
+
+    Around a closed front, the shorter of the two distances.
+    """
     way = np.abs(s[:, None] - others)
     return np.minimum(way, np.abs(total - way)) if closed else way
 
 
 def local_sizes(points: np.ndarray, closed: bool) -> np.ndarray:
-    """Return for each front node (k,) the mean length of the WINDOW edges on either side of it."""
+    """Return for each front node (k,) the mean length of the WINDOW edges on either side of it.
+
+    Near an end of an open front fewer edges count.
+    """
     steps = edge_lengths(points, closed)
     k, n = np.arange(len(points)), len(steps)
     total = np.concatenate([[0.0], np.cumsum(np.tile(steps, 3) if closed else steps)])

@@ -26,7 +26,10 @@ def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.nd
 def edges_between_materials(
     mesh: TetMesh, tails: np.ndarray, heads: np.ndarray, material: np.ndarray
 ) -> np.ndarray:
-    """Return a mask (k,) of edges surrounded by elements of several materials (m,), numbers by element."""
+    """Return a mask (k,) of edges from tails to heads (k,) that elements of several materials surround.
+
+    material (m,): number of each element's material.
+    """
     edge, tet, _ = _round_edges(mesh, tails, heads)
     first = np.zeros(len(tails), np.int64)
     first[edge] = material[tet]
@@ -38,7 +41,10 @@ def edges_between_materials(
 def _round_edges(
     mesh: TetMesh, tails: np.ndarray, heads: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of an edge and an element at it: both rows, and the edge's number in the element."""
+    """Return all pairs (p,) of an edge and an element that has it.
+
+    Returns the row of the edge, the row of the element, and the edge's number 0..5 in the element.
+    """
     wanted = _keys(tails, heads, len(mesh.points))
     order = np.argsort(wanted)
     at_front = np.zeros(len(mesh.points), bool)
@@ -62,7 +68,7 @@ def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
-    """Return the names of the free faces at each front end: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR.
+    """Return for each front end the names of its free faces, joined by _: XMIN, XMIN_YMIN, VOID_<k>.
 
     CRACK if an end lies on none of them: the front ends on another crack.
     """
@@ -112,7 +118,10 @@ class FrontFrames:
         return np.stack([self.binormal, self.normal, self.tangent], axis=1)
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of front.csv in order; node numbers start at 1, as in the deck; 0 is none."""
+        """Return the columns of front.csv by name, in order; node numbers start at 1, as in the deck.
+
+        A missing mid node is 0.
+        """
         columns = {name: getattr(self, name) for name in type(self).__dataclass_fields__}
         return columns | {"node": self.node + 1, "mid_node": self.mid_node + 1}
 

@@ -11,9 +11,10 @@ from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS
 # Barycentric coordinates of the four integration points of C3D10 in Abaqus and CalculiX: _NEAR at each
 # corner in turn, _FAR at the others.
 _NEAR, _FAR = (5 + 3 * np.sqrt(5)) / 20, (5 - np.sqrt(5)) / 20
-# By rule, barycentric coordinates of the first point of each orbit, and each point's fraction of the
-# volume. 1 and 4 points, exact to degree 1 and 2, are those of C3D4 and C3D10 (Hammer & Stroud 1956); 14,
-# exact to degree 5, are Walkington's (2000).
+# Rules by their number of points. A rule consists of orbits, the points that permutations of barycentric
+# coordinates give; per orbit, its first point and each point's fraction of the volume. 1 and 4 points,
+# exact to degree 1 and 2, are those of C3D4 and C3D10 (Hammer & Stroud 1956); 14, exact to degree 5, are
+# Walkington's (2000).
 _A, _B, _C = 0.3108859192633006, 0.0927352503108912, 0.0455037041256496
 _ORBITS = {
     1: (((0.25, 0.25, 0.25, 0.25), 1.0),),
@@ -26,7 +27,7 @@ _ORBITS = {
 }
 _CORNER_SLOPES = np.concatenate([-np.ones((1, 3)), np.eye(3)])
 # Number of points in C3D10: 4 as in Abaqus and CalculiX; with 14, K_I is 0.4 % larger and less noisy, and
-# quarter points carry uniform strain exactly.
+# elements with quarter points carry uniform strain exactly.
 DECK_RULE, FULL_RULE = 4, 14
 # Radon's rule of 7 points on a triangle, degree 5: of each orbit of three points the coordinate that two
 # corners share and the weight; then the centre's weight.
@@ -34,7 +35,7 @@ _TRIANGLE, _CENTRE_WEIGHT = (
     ((0.47014206410511505, 0.13239415278850616), (0.10128650732345633, 0.12593918054482717)),
     0.225,
 )
-_PARTS = 3  # parts of each side of a free face: fields vary as the root of the distance to the front
+_PARTS = 3  # subdivisions of each side of a face, because fields vary as the root of the front's distance
 AT_ONCE = 10_000  # elements that are processed at once: arrays of some 10 MB
 
 
@@ -68,9 +69,10 @@ def shape_values(places: np.ndarray) -> np.ndarray:
 
 
 class FaceRules(NamedTuple):
-    """Points on the four faces: value (4, p, 10), slope (4, p, 10, 3), weight (p,), outward (4, 3).
+    """Integration points on the four faces of a 10-node element.
 
-    share (p, 3): barycentric coordinates on the face.
+    value (4, p, 10), slope (4, p, 10, 3): shape functions there; weight (p,); outward (4, 3): normals in
+    the element's own coordinates; share (p, 3): barycentric coordinates on the face.
     """
 
     value: np.ndarray
@@ -113,7 +115,8 @@ def triangle_points() -> tuple[np.ndarray, np.ndarray]:
 def jacobians(points: np.ndarray, tets: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     """Return the derivatives (m, q, 3, 3) of position in elements (m, k) by the element's own coordinates.
 
-    slopes (q, k, 3), or (m, q, k, 3): from `shape_slopes`; row i of a result is for spatial coordinate i.
+    slopes (q, k, 3), or (m, q, k, 3): from `shape_slopes`. Row i of a matrix belongs to the spatial
+    coordinate i, column j to the element's coordinate j.
     """
     corners = points[tets] - points[tets[:, :1]]  # slopes add up to 0, so any point may be the origin
     return corners[:, None].swapaxes(2, 3) @ slopes
@@ -155,7 +158,10 @@ class FacePoints(NamedTuple):
 
 
 def face_points(nodes: np.ndarray, rule: tuple[np.ndarray, np.ndarray] | None = None) -> FacePoints:
-    """Return points on faces with nodes (f, 3 or 6, 3), of a rule or by default `triangle_points`."""
+    """Return integration points on faces whose nodes have the coordinates `nodes` (f, 3 or 6, 3).
+
+    rule: points (q, 2) and weights (q,) in the unit triangle; by default those of `triangle_points`.
+    """
     points, weights = rule or triangle_points()
     areas = np.column_stack([1 - points.sum(axis=1), points])
     turns = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
@@ -172,7 +178,7 @@ def face_points(nodes: np.ndarray, rule: tuple[np.ndarray, np.ndarray] | None = 
 def corner_shares(corners: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return barycentric coordinates (f, q, 3) of places (f, q, 3) in flat faces with corners (f, 3, 3).
 
-    They differ from the parameters of a face's shape functions where a mid node is a quarter point.
+    On a face with a quarter point they differ from the arguments of its shape functions.
     """
     sides = corners[:, 1:] - corners[:, :1]
     shares = (places - corners[:, :1]) @ np.linalg.pinv(sides)

@@ -18,9 +18,10 @@ from craftmesh.types import BOX_PLANES, TetMesh
 class LipPairs:
     """Pairs of lip nodes: nodes (p, 2) on lip A and on lip B; normal (p, 3): unit, from lip B to lip A.
 
-    faces (2, f, 2): faces of lip A that coincide with a face of lip B, and that face; facets (f, 3 or 6):
-    the pair of each of their nodes, in the order of lip A's `face_nodes`, -1 at nodes that both lips share,
-    on the front; turn (f, 3 or 6): position of the same nodes among lip B's.
+    faces (2, f, 2): rows (tet, face) of the faces of lip A that coincide with a face of lip B, then of
+    those faces of lip B. facets (f, 3 or 6): for each node of lip A's faces, in the order of `face_nodes`,
+    the row of its pair; -1 at nodes of the front, which both lips share. turn (f, 3 or 6): the coincident
+    node's position among the nodes of lip B's face.
     """
 
     nodes: np.ndarray
@@ -35,7 +36,7 @@ class LipPairs:
         return np.einsum("pi,pi->p", self.normal, displacement[a] - displacement[b])
 
     def forces(self, push: np.ndarray, shape: tuple) -> np.ndarray:
-        """Return the forces at nodes, of shape (n, 3), for pairs that push apart by `push` (p,)."""
+        """Return nodal forces, of shape (n, 3), where forces `push` (p,) push the nodes of pairs apart."""
         out = np.zeros(shape)
         np.add.at(out, self.nodes[:, 0], push[:, None] * self.normal)
         np.add.at(out, self.nodes[:, 1], -push[:, None] * self.normal)
@@ -43,7 +44,7 @@ class LipPairs:
 
 
 def lip_pairs(mesh: TetMesh) -> LipPairs:
-    """Return the pairs of all cracks of a mesh; faces of lips that do not coincide have none."""
+    """Return the pairs of all cracks of a mesh; lip faces without a coincident partner have no pairs."""
     faces = lip_faces(mesh.face_sets)
     nodes = [face_nodes(mesh.tets, rows) for rows in faces]
     place = _places(mesh.points, nodes)
@@ -77,8 +78,8 @@ def _places(points: np.ndarray, nodes: list[np.ndarray]) -> list[np.ndarray]:
 def lips_apart(mesh: TetMesh, opening: float) -> TetMesh:
     """Return the mesh with nodes of lips that share a point moved by opening / 2, each into its own side.
 
-    opening: in model units. Nodes of the front share no point and stay; nodes on box planes stay on these.
-    Raises CraftmeshError if the move inverts an element.
+    opening: in model units. Nodes of the front share no point with another node and stay; nodes in the sets
+    of box planes stay on these. Raises CraftmeshError if the move inverts an element.
     """
     faces = np.concatenate(lip_faces(mesh.face_sets))
     nodes = face_nodes(mesh.tets, faces)
@@ -99,25 +100,26 @@ def lips_apart(mesh: TetMesh, opening: float) -> TetMesh:
     return replace(mesh, points=points)
 
 
-# Reach in local sizes within which lip nodes shape the surface at a front node; nearer ones count more.
-# WIDE holds where its quadric deviates by at most SMOOTH local sizes (rms) from the nodes: on a lens of ten
-# edges radius, where it deviates by 0.003, normals err by 0.13 degrees (rms) with WIDE and by 0.25 with
-# REACH; of five edges, 0.008, by 0.3 and 1.0. A kink of 5 degrees two edges behind the front, as growth
-# leaves it, also gives 0.008, and would turn normals by 1.5 degrees with WIDE, by 0.4 with REACH.
+# Distance, in local sizes (mean lengths of nearby front edges), within which lip nodes are used to fit a
+# quadric at a front node; nearer ones count more. WIDE is used where its quadric deviates by at most SMOOTH
+# local sizes (rms) from the nodes, else REACH. On a lens of ten edges radius, where the deviation is 0.003,
+# normals err by 0.13 degrees (rms) with WIDE and by 0.25 with REACH; of five edges radius, where it is
+# 0.008, by 0.3 and 1.0. A kink of 5 degrees two edges behind the front, as growth leaves it, also gives
+# 0.008, and would turn normals by 1.5 degrees with WIDE, by 0.4 with REACH.
 WIDE, REACH = 5.0, 3.0
 SMOOTH = 0.008
-# Least cosine between normals of a lip node and the front; nodes beyond it lie behind a kink.
+# Smallest cosine between the normals of a lip node and of the front; lip nodes below it lie behind a kink.
 SAME_SHEET = np.cos(np.radians(25))
 # Fewest nodes for a quadric's slope and three curvatures; with fewer, only the facets at the front count.
 LEAST_NODES = 6
 
 
 def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return unit normals (k, 3) from lip B to lip A at front nodes (k,) of given tangents and sizes.
+    """Return unit normals (k, 3) from lip B to lip A at front nodes (k,).
 
-    On a curved crack the mean of the facets that touch the front lags by half a facet. A quadric through
-    the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
-    corrects that mean.
+    tangents (k, 3): of the front; sizes (k,): local edge lengths. On a curved crack the mean normal of the
+    facets at the front is that of a place half a facet behind it. A quadric through the front node, along
+    its tangent, is fitted to the lip's nodes behind it; its slope at the front corrects that mean.
     """
     tets = mesh.tets[:, :4]
     facets = face_nodes(tets, lip_faces(own_lips(mesh.face_sets, tets, nodes))[0])
@@ -142,9 +144,9 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
 
 
 def _fitted(x: np.ndarray, y: np.ndarray, z: np.ndarray, reach: float) -> tuple[float, float]:
-    """Return dz/dx at the origin of a fitted quadric through it, level along y, and its rms deviation.
+    """Fit a quadric z(x, y) through the origin, level along y there; return dz/dx there and rms deviation.
 
-    x, y, z: points; those within `reach` count.
+    x, y, z: points; those within `reach` count. Returns (0, 0) if fewer than LEAST_NODES of them do.
     """
     weight = np.clip(1 - (x * x + y * y + z * z) / reach**2, 0, None)
     if np.count_nonzero(weight) < LEAST_NODES:

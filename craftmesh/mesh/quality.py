@@ -1,4 +1,4 @@
-"""The paper's table for a mesh: size, shape of elements, volumes of grains, crack."""
+"""The quality table of the paper that craftmesh follows: size, shape of elements, grain volumes, crack."""
 
 from collections.abc import Mapping
 
@@ -22,10 +22,11 @@ _ANGLE_EDGES = tuple(range(0, 181, 10))
 def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
     """Return the content of quality.json: plain numbers, percentages, angles in degrees.
 
-    Aspect ratio: longest edge over smallest altitude, as in TetGen. Poor elements: see
-    `mesh/shape_measures`. `jacobian_not_positive` counts elements with a Jacobian <= 0 at an integration
-    point (4-node elements and straight 10-node elements: with a volume <= 0). With voxels, `volume_drift`
-    compares each grain's volume with its voxels'. `flat`: see `flat_tets`.
+    Aspect ratio: longest edge over smallest altitude, as in TetGen. Poor elements have a shape factor under
+    0.02 or a dihedral angle under 10 or over 160 degrees (`mesh/shape_measures`). `jacobian_not_positive`
+    counts elements with a Jacobian <= 0 at an integration point (4-node elements and straight 10-node
+    elements: with a volume <= 0). With voxels, `volume_drift` compares each grain's volume with that of its
+    voxels. `flat`: number and places of flat elements, as `flat_tets` returns them.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
     measures = shape_measures(mesh.points, corners)
@@ -85,7 +86,10 @@ def _drift_from_voxels(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) ->
 
 
 def drift_sentence(drift: Mapping) -> str | None:
-    """Return a sentence on grains of a `volume_drift` that are off by over MOST_DRIFT; None if none is."""
+    """Return a sentence on the grains whose |relative drift| exceeds MOST_DRIFT; None if there are none.
+
+    drift: the entry `volume_drift` of `quality`.
+    """
     far = {grain: off for grain, off in drift.get("by_grain", {}).items() if abs(off) > MOST_DRIFT}
     if not far:
         return None

@@ -14,7 +14,7 @@ from craftmesh.types import TetMesh
 
 
 def as_elements(mesh: TetMesh, element: str, quarter_points: bool = False) -> tuple[TetMesh, dict]:
-    """Return `mesh` with the nodes of `element`, C3D4 or C3D10, and a report.
+    """Return `mesh` with the nodes of `element`, C3D4 or C3D10, and a report of names and counts.
 
     4-node meshes become 10-node meshes for C3D10, with quarter points at the crack front if asked for (see
     `move_to_quarter_points`). Raises CraftmeshError if a 10-node mesh should become C3D4, or if 4-node
@@ -57,10 +57,10 @@ def raise_order(mesh: TetMesh) -> TetMesh:
 
 
 def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
-    """Return `edge` (m, 6) with a new number on the second lip for edges between two front nodes.
+    """Return `edge` (m, 6), the numbers of the elements' edges, with edges between two front nodes split.
 
-    Elements around such an edge belong together if they share a face at it. The first component keeps the
-    edge's number, others get numbers from `count` on.
+    Elements around an edge between two front nodes are connected if they share a face at it. The first
+    component keeps the edge's number, and others, as on the second lip, get numbers from `count` on.
     """
     on_front = np.zeros(len(mesh.points), bool)
     on_front[mesh.node_sets.get("CRACK_FRONT", [])] = True
@@ -108,7 +108,7 @@ def move_to_quarter_points(mesh: TetMesh) -> tuple[TetMesh, dict]:
 
 
 def _front_edges(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mid node, end on the front and other end of the edges that have only one end on the front."""
+    """Return mid nodes, front ends and other ends (k,) of the edges that have only one end on the front."""
     on_front = np.zeros(len(mesh.points), bool)
     on_front[mesh.node_sets.get("CRACK_FRONT", [])] = True
     tets = mesh.tets[on_front[mesh.tets].any(axis=1)]

@@ -7,7 +7,7 @@ from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, dihedral_angles
 from craftmesh.surface.connectivity import joined
 from craftmesh.types import TetMesh
 
-LEAST_SHAPE_FACTOR = 0.02
+LEAST_SHAPE_FACTOR = 0.02  # an element with a smaller one is poor
 # Dihedral angles in degrees beyond which an element is poor.
 LEAST_DIHEDRAL = 10.0
 LARGEST_DIHEDRAL = 160.0
@@ -104,7 +104,8 @@ def flat_sentence(flat: dict) -> str | None:
 def _wedge(points: np.ndarray, tets: np.ndarray, corners: np.ndarray, edge: np.ndarray) -> float | None:
     """Return the angle in degrees that tets (m, 4) fill around an edge of the tet `corners` (4,).
 
-    Tets connected to it by faces at the edge count; None if they surround the edge.
+    edge (2,): positions of its ends in `corners`. Only tets connected to that tet by faces at the edge
+    count; None if they surround the edge.
     """
     a, b = corners[edge]
     tets = tets[(tets == a).any(axis=1) & (tets == b).any(axis=1)]

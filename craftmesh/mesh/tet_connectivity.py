@@ -92,7 +92,8 @@ def _group_faces(tets: np.ndarray, triples: np.ndarray) -> RowGroups:
 def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.ndarray, np.ndarray]:
     """Group the half faces of tets and the facets (k, 3) by their corners; facets' rows come last.
 
-    Returns the groups, the last facet in each (g,), below 0 for none, and the number of other rows (g,).
+    Returns the groups, the highest facet in each group (g,), below 0 for none, and the number of the
+    group's other rows (g,).
     """
     groups = _group_faces(tets[:, :4], facets)
     facet = groups.order[groups.first[1:] - 1] - 4 * len(tets)
@@ -100,10 +101,11 @@ def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.nd
 
 
 def told_apart(number: np.ndarray, part: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers (k,) in which the parts of one number differ, and the old number of each new one.
+    """Return numbers (k,) that differ between the parts of one number, and the old number of each new one.
 
-    number, part (k,): of each place; parts are numbered from 0 in the order of their first places. The
-    first part of a number keeps it, the others get new numbers from `count` on.
+    number, part (k,): the number of each item and the part of it that the item belongs to; parts are
+    numbered from 0 in the order of their first items. The first part of a number keeps it, the others get
+    new numbers from `count` on.
     """
     first = np.unique(part, return_index=True)[1]
     old = number[first]

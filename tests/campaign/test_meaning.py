@@ -147,7 +147,7 @@ WRONG_CRACKS = [
     ({"shape": "surface", "file": "a.stl", "front": "gone.csv"}, "front: gone.csv does not exist"),
     ({"shape": "surface", "file": "a.stl", "radius": 4}, "radius is 4, but shape surface has no such"),
     ({"shape": "surface", "increments": [4.0]}, "file is 4.0; expected triangles"),
-    ({"shape": "points", "file": "a.csv"}, "front is not given; expected the csv of the front"),
+    ({"shape": "points", "file": "a.csv"}, "front is not given; give the CSV file of the front"),
     ({"shape": "fronts", "increments": ["gone.csv"]}, "increments.0.: gone.csv does not exist"),
     ({"shape": "fronts", "file": "a.csv", "front": "a.csv"}, "front is 'a.csv', but shape fronts"),
     ({"shape": "voxels", "file": "v.npz", "label": "one"}, "label is 'one'; expected a whole number"),

@@ -10,7 +10,10 @@ REGULAR = 8.0 * np.sqrt(3.0) / 27.0
 
 @lean_kernel
 def _cosine(one, other, areas):
-    """Return the cosine of the dihedral angle between two faces of inward normals; areas: their product."""
+    """Return the cosine of the dihedral angle between two faces with inward normals `one` and `other`.
+
+    areas: product of the normals' lengths; 0 gives 1.
+    """
     if areas == 0.0:
         return 1.0
     inner = one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

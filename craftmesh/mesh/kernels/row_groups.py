@@ -24,10 +24,10 @@ def group_rows(low, key, n_low):
 
 @kernel
 def group_faces(tets, faces, triples, n_points):
-    """Bring the faces of tets (m, 4) and triples (k, 3) with the same corners together, as `group_rows`.
+    """Group the faces of tets (m, 4) and the triples (k, 3) by corners; return `order` and `first`.
 
-    Row 4 * t + f is the face of tet t at its corners faces[f], faces (4, 3); row 4 * m + i is triple i.
-    Corners are under n_points; a group's low is its lowest one.
+    Results as in `group_rows`. Row 4 * t + f is the face of tet t with the corners faces[f], faces (4, 3);
+    row 4 * m + i is triple i. Corners are below n_points. Groups come sorted by their lowest corner.
     """
     end = np.zeros(n_points + 1, np.int64)
     count = 4 * len(tets)
@@ -57,7 +57,7 @@ def _face_key(tets, faces, triples, row, count, n_points):
 
 @lean_kernel
 def _to_starts(end):
-    """Make the numbers of rows in the buckets before, one place up, to the buckets' starts."""
+    """Turn row counts, entry b + 1 for bucket b, into starts, entry b for bucket b; in place."""
     for bucket in range(len(end) - 1):
         end[bucket + 1] += end[bucket]
 
@@ -86,7 +86,7 @@ def _grouped(order, keys, end):
 
 @lean_kernel
 def _sort_by_key(order, keys, start, end):
-    """Sort order[start:end] by its keys, equal ones in their old order: some 20 rows."""
+    """Sort order[start:end] and keys[start:end] by key, stably, by insertion: about 20 rows."""
     for i in range(start + 1, end):
         row, key = order[i], keys[i]
         j = i - 1
