@@ -40,7 +40,8 @@ class Inserted(NamedTuple):
 class Misfit(NamedTuple):
     """Places (k, 3) where a crack is farther from the given one than insertion allows.
 
-    times, promised: largest deviation, as a multiple of what INSERTION and what PROMISED allow.
+    times, promised: largest deviation as a multiple of what INSERTION and PROMISED (`cracks/promises`)
+    allow.
     """
 
     places: np.ndarray
@@ -51,7 +52,8 @@ class Misfit(NamedTuple):
 class Given:
     """The given crack in a box (2, 3), with which inserted cracks are compared.
 
-    least: smallest target length, the unit of allowed deviations; held (k, 3): as in rim_of.
+    least: smallest target length, the unit of allowed deviations; held (k, 3): points of its fronts at
+    which an inserted front must have a node.
     """
 
     def __init__(self, crack: Crack, box: np.ndarray, least: float, held: np.ndarray | None = None) -> None:
@@ -117,7 +119,7 @@ def fronts_of(surface: Surface, crack: Crack) -> Fronts:
 
 
 def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
-    """Return the misfit of the nodes of all fronts in a surface to the given fronts; least as in Given."""
+    """Return the misfit of a surface's front nodes to the given fronts; least: smallest target length."""
     nodes = surface.points[np.unique(front_edges(surface))]
     if not len(nodes):
         return Misfit(nodes, 0.0, 0.0)
@@ -187,7 +189,8 @@ def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
 def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: float) -> CutSurface:
     """Split edges of facets near places (k, 3), unless an edge is too short; no point moves.
 
-    Smaller facets resolve better on which side of a curved crack they lie. least: smallest target length.
+    With smaller facets there, the next cut follows a curved crack more closely. least: smallest target
+    length; edges up to 2 SHORTEST times as long stay whole.
     """
 
     corners = surface.points[surface.facets]
@@ -204,10 +207,11 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     return result
 
 
-# Most attempts. Each has smaller facets where the last one was unsound; if they cannot get smaller, or the
-# insertion failed, it has half of snap and snap_front. Wavy cracks along a boundary need six.
+# Most attempts. Each has smaller facets where the last one deviated too far. If they cannot get smaller, or
+# the insertion failed, options.snap and snap_front are halved. Wavy cracks along a boundary need six.
 ATTEMPTS = 8
-# Largest deviation from the given crack, in promised ones, before an error: beyond it a part is lost.
+# Largest deviation from the given crack, as a multiple of the promised one; beyond it a part of the crack
+# is lost, which is an error.
 GROSS = 10.0
 
 
@@ -228,8 +232,9 @@ def soundest(
 ) -> Attempt:
     """Return the first sound attempt at inserting a crack, or else the attempt with the smallest misfit.
 
-    insert: makes one attempt on a surface. Raise CraftmeshError if every attempt fails, or if in the best
-    one facets intersect or lie far off the given crack.
+    An attempt is sound if no crack facet intersects another facet and the deviation is within INSERTION.
+    insert: makes one attempt on a surface. Raise CraftmeshError if every one of ATTEMPTS attempts fails, or
+    if in the best one facets intersect or deviate by more than GROSS times what is promised.
     """
     best, refusal = None, CraftmeshError("")
     for _ in range(ATTEMPTS):
@@ -255,7 +260,7 @@ def soundest(
 
 
 def refuse_gross(off: Misfit) -> None:
-    """Raise CraftmeshError if a crack deviates by more than GROSS times what is promised."""
+    """Raise CraftmeshError if a crack deviates by more than GROSS times what PROMISED allows."""
     if off.promised > GROSS:
         raise CraftmeshError(
             f"the crack cannot be inserted as it is given: near {told(off.places[0])} the mesh would "
@@ -274,7 +279,7 @@ def _judged(made: Inserted, cut: CutSurface, given: Given) -> Attempt:
 
 
 def refuse_intersections(surface: Surface) -> None:
-    """Raise CraftmeshError if crack facets intersect facets outside shared corners and edges."""
+    """Raise CraftmeshError if crack facets intersect facets other than in shared corners and edges."""
     pairs = crack_intersections(surface)
     if len(pairs):
         place = told(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)))
@@ -285,7 +290,10 @@ def refuse_intersections(surface: Surface) -> None:
 
 
 def crack_intersections(surface: Surface) -> np.ndarray:
-    """Return pairs (k, 2) of facets, one or both of the crack, that intersect outside what they share."""
+    """Return pairs (k, 2) of facets that intersect other than in shared corners and edges.
+
+    At least one of each pair is a crack facet.
+    """
     crack = surface.kind == CRACK
     corners = surface.points[surface.facets]
     rows = np.flatnonzero(meets_box(corners, span_of(corners[crack])))

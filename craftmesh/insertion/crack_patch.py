@@ -34,10 +34,11 @@ PARTS = 4  # intervals per edge of the lattice on which a facet's distance from 
 def with_patch(
     cut: CutSurface, sheet: Sheet, front: FrontChain, traces: np.ndarray, least: float
 ) -> tuple[CutSurface, np.ndarray, np.ndarray]:
-    """Return the cut surface with the patch's points, and the patch's triangles and fixed edges (t, 3).
+    """Return the cut surface with the points of the patch, the crack's triangulation, and the patch.
 
-    traces (k, 2): trace edges inside the front; least: smallest target length. Raise CraftmeshError as
-    triangulate does.
+    The patch is given by its triangles (t, 3) and a mask (t, 3) of their fixed edges, which lie on front
+    or traces. traces (k, 2): trace edges inside the front; least: smallest target length. Raise
+    CraftmeshError if front and traces cannot be triangulated.
     """
     uv = np.concatenate([sheet.uv(cut.points), front.uv])
     points = np.concatenate([cut.points, sheet.lift(front.uv)])
@@ -93,19 +94,20 @@ class _Patch:
     def split(self, walls: np.ndarray, corners: int) -> None:
         """Split edges (corners = 2) or triangles (3) whose corners all lie on one wall.
 
-        walls (n, w): mask of points on walls. An edge between two front points would be an ear
-        (craftmesh.surface.front). A triangle in a box plane or grain boundary would coincide with it or
-        cross it.
+        walls (n, w): mask of points on each wall: the front, a grain boundary, a void or a box plane. An
+        edge between two front points would be an ear, which cannot open (`surface/front`). A triangle in a
+        box plane or grain boundary would coincide with it or cross it.
         """
         self.plane = with_room(self.plane, 3 * int(self.plane.used[1]))
         planar.split_within_walls(self.plane, walls, corners)
 
     def insert(self, candidates: Candidates) -> int:
-        """Insert the candidates that keep their distances; return their number."""
+        """Insert candidates that keep their distances from points and fixed edges; return their number."""
         self.plane = with_room(self.plane, len(candidates.uv))
         return int(planar.insert_spaced(self.plane, candidates, self._is_kept(len(self.plane.corners))))
 
     def _is_kept(self, count: int) -> np.ndarray:
+        """Return a mask (count,) of the triangles that must not change."""
         found = np.zeros(count, bool)
         if len(self.kept):
             found[: self.plane.used[1]] = rows_among(self.plane.triangles, self.kept) >= 0
@@ -115,7 +117,7 @@ class _Patch:
         """Insert points until no facet is farther than OFF from the crack, or facets become too small.
 
         A point goes where its facet is farthest from the crack, or to a corner of the given crack next to
-        that.
+        that place.
         """
 
         corners = scipy.spatial.cKDTree(self.sheet.nodes)
@@ -137,9 +139,9 @@ class _Patch:
                 return
 
     def _look(self) -> None:
-        """Update `off`, each changed triangle's largest distance from the crack, and `at`, where in (u, v).
+        """Update `off`, the largest distance of each changed triangle from the crack, and `at`.
 
-        Samples on fixed edges do not count.
+        `at` (n, 2) is the sample in (u, v) with that distance. Samples on fixed edges do not count.
         """
         triangles = self.plane.triangles
         known = len(self.seen)
@@ -197,9 +199,10 @@ class _Patch:
 
 
 def _walls(cut: CutSurface, nodes: np.ndarray, count: int) -> np.ndarray:
-    """Return a mask (k, w) of nodes (k,) on each wall: a grain boundary, void or box plane.
+    """Return a mask (k, w) of nodes (k,) on each wall: a patch of a grain boundary, void or face.
 
-    count: number of points that node ids may refer to.
+    The last three columns are for planes of the box normal to x, y and z. count: number of points that node
+    ids may refer to.
     """
     rows = np.flatnonzero((cut.psi[cut.facets] == 0).any(axis=1))
     near = Surface(cut.points, cut.facets[rows], cut.sides[rows], cut.kind[rows])
@@ -214,10 +217,11 @@ def _walls(cut: CutSurface, nodes: np.ndarray, count: int) -> np.ndarray:
 def labels_of_patch(
     points: np.ndarray, triangles: np.ndarray, fixed: np.ndarray, facets: np.ndarray, sides: np.ndarray
 ) -> np.ndarray:
-    """Return the label (t,) of each patch triangle (t, 3), looked up in facets and sides (m, 2).
+    """Return the label (t,) of the grain or void in which each patch triangle (t, 3) lies.
 
-    A region is connected across edges that are not fixed (t, 3). It has the label found at the centres of
-    most of its area.
+    facets, sides (m, 2): the surface in which labels are looked up. A region consists of triangles
+    connected across edges that are not in the mask `fixed` (t, 3). All its triangles get the label found at
+    the centres of most of its area.
     """
     _, of_corner, count = unique_edges(triangles)
     a, b = edge_sides(of_corner, count > 1)

@@ -14,9 +14,12 @@ from craftmesh.types import BORDER, Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
 
-BEYOND = 0.4  # facets whose traces end this near the front, in local sizes, are cut too
-# OFF: largest distance of trace edges and facets from the crack; more costs 0.5 % of its area. SHORTEST:
-# shortest edge that a split may leave. Both in smallest target lengths.
+# Facets are cut too where the crack, extended past its front, would cross them less than this distance plus
+# half their longest edge beyond the front; in local sizes.
+BEYOND = 0.4
+# OFF: largest distance of trace edges and crack facets from the crack; a larger one would cost 0.5 % of the
+# crack's area, all that is promised. SHORTEST: shortest edge that a split may leave. Both in smallest
+# target lengths.
 OFF, SHORTEST = 0.03, 0.15
 
 
@@ -72,7 +75,10 @@ def split_edges(
 def _with_points(
     surface: CutSurface, points: np.ndarray, facets: np.ndarray, parent: np.ndarray, size: np.ndarray
 ) -> CutSurface:
-    """Return the surface with new facets, each part of facet `parent`, and further points on the crack."""
+    """Return the surface with new facets and further points, which lie on the crack.
+
+    parent (m,): the old facet that each facet is a part of; size (k,): local sizes of the new points.
+    """
     extra = len(points) - len(surface.points)
     unknown = np.full(extra, np.nan)
     return CutSurface(
@@ -133,7 +139,10 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def on_border(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of edges (k, 2) that border facets hold; the crack does not split them."""
+    """Return a mask (k,) of edges (k, 2) of border facets, where a part was cut out of a mesh.
+
+    The crack does not split these.
+    """
     return among_edges(edges, surface.facets[surface.kind == BORDER])
 
 
@@ -156,7 +165,7 @@ def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
 def feet_on_edges(
     surface: CutSurface, edges: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances of edges (k, 2) from places (k or 1, 3), and the nearest points on the edges."""
+    """Return distances (k,) of edges (k, 2) from places (k or 1, 3), and the edges' nearest points (k, 3)."""
     start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
     feet = start + along_segments(places, start, step)[:, None] * step
     return np.linalg.norm(places - feet, axis=1), feet

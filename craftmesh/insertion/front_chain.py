@@ -15,16 +15,21 @@ from craftmesh.surface.measure import along_segments
 SHARPEST = np.radians(61.0)
 INTERVALS = 256  # steps in which the target size is integrated between two pierce points
 CHORDS = 16  # chords over those steps, by which the front's turning is measured
-# Shortest front edge for the sake of FRONT_EDGES, in target sizes; enough for a radius of 0.8 target sizes.
+# Shortest length, in target sizes, to which edges are reduced so that they lie within FRONT_EDGES of the
+# front; it is enough for a bend radius of 0.8 target sizes.
 FINEST = 0.35
-# Positions along an edge, 0 to 1, where it must be within FRONT_EDGES of the front; in between it then is
-# within PROMISED.front.
+# Positions along an edge, 0 to 1, at which the edge must be within FRONT_EDGES of the front; between these
+# positions, it then is within PROMISED.front.
 SHARES = np.arange(1, 8) / 8
 
 
 @dataclass(frozen=True, eq=False)
 class FrontChain:
-    """Front edges (k, 3): two point ids and the interval between pierce points; uv (n, 2) of new points."""
+    """The front's edges in a cut surface, and its new points.
+
+    edges (k, 3): two point ids, and the number of the interval between pierce points that contains the
+    edge. uv (n, 2): parameters of the new points, whose ids follow those of the surface.
+    """
 
     edges: np.ndarray
     uv: np.ndarray
@@ -35,8 +40,8 @@ def chain(
 ) -> FrontChain:
     """Return the front's edges: pierce points in order, and nodes at the target size between them.
 
-    along (k, 2): trace edges that are front edges. target(points) returns sizes. crowd (i,): number of
-    extra bisections per interval between pierce points, in the order of fronts and arcs.
+    along (k, 2): trace edges that are front edges. target(points) returns edge lengths. crowd (i,): number
+    of extra bisections in each interval between pierce points, in the order of fronts and arc lengths.
     """
     taken = set(map(tuple, np.sort(along, axis=1).tolist()))
     edges: list[tuple[int, int, int]] = []
@@ -115,8 +120,9 @@ def _spread(
 ) -> np.ndarray:
     """Return arc lengths between the ends, spaced at the target size and closer where the front bends.
 
-    Edges turn by at most SHARPEST. The turning is measured between chords, which miss half a chord at each
-    end. Each of the `halvings` doubles the number of edges.
+    The number of edges allows each a turn of SHARPEST. The front's turning is measured between the middles
+    of chords, so it is scaled up for the half chord at each end. Each of the `halvings` doubles the number
+    of edges.
     """
     samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
     places = sheet.lift(sheet.rim.curves[front].at(samples))
@@ -167,9 +173,10 @@ def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.
 
 
 def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """Return the intervals (see FrontChain) whose front edges cross a trace edge in (u, v).
+    """Return the sorted numbers of the intervals in which a front edge crosses a trace edge in (u, v).
 
-    edges (k, 3) as in FrontChain; traces (j, 2); uv (n, 2) of all points.
+    edges (k, 3): two point ids and the number of an interval between pierce points; traces (j, 2); uv (n,
+    2): parameters of all points. Edges with a common point do not cross.
     """
     if not len(traces):
         return np.zeros(0, np.int64)

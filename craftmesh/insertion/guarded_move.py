@@ -15,7 +15,7 @@ def move_onto(
 ) -> tuple[CutSurface, np.ndarray]:
     """Return the surface with points `rows` (k,) moved to `targets` (k, 3), and the ids that were moved.
 
-    A move that would break the bounds is not made.
+    A move that would break the bounds, as for a facet that turns too far, is not made.
     """
     with np.errstate(invalid="ignore"):
         near = np.abs(surface.psi) <= 2 * np.nanmax(surface.size)

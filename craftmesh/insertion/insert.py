@@ -95,7 +95,11 @@ def insert_crack(
 
 
 def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
-    """Return the report of all parts: the last one's areas and counts, which cover all; sums and maxima."""
+    """Return the report of all parts of a crack.
+
+    Areas and counts are the last part's, which cover the whole surface; the numbers in COUNTED are sums,
+    the largest moves and deviations maxima over the parts.
+    """
     total = dict(reports[-1])
     for name in COUNTED:
         total[name] = sum(numbers[name] for numbers in reports)
@@ -107,9 +111,9 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
 def _as_one(
     surface: Surface, fronts: Fronts, least: float, last: dict[str, int | float]
 ) -> dict[str, int | float]:
-    """Return the last part's report for the whole crack surface, all of whose parts are inserted.
+    """Return the last part's report with the numbers of the whole crack surface, all parts inserted.
 
-    Raise CraftmeshError if its front is far from the given fronts.
+    Raise CraftmeshError if the front is farther from the given fronts than GROSS times the promise.
     """
     off = misfit_of_fronts(surface, fronts, least)
     refuse_gross(off)
@@ -252,7 +256,7 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
 
 
 def numbers_of(surface: Surface, dropped: int) -> dict[str, int | float]:
-    """Return the numbers of the report; dropped: number of crack facets outside the material."""
+    """Return the report's numbers on the crack facets; dropped: number of facets outside the material."""
     crack = surface.kind == CRACK
     area = total_area(surface.points, surface.facets[crack])
     return {

@@ -24,7 +24,7 @@ from craftmesh.surface.kernels.ranks import AT_JUNCTION, ON_LINE
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
-# All chosen by hand. TOUCHING and END bound how far a node may be from the given front and its end.
+# Chosen by hand. TOUCHING and END limit how far a node may be from the given front and from its end.
 ROUNDS = 12  # most crossings of a trace edge with the front; each pass splits edges at their first one
 TOUCHING = 1e-3  # distance, in local sizes, below which a trace point, crossing or corner is on the front
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
@@ -43,6 +43,7 @@ def at_corners(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _at_corner(surface: CutSurface, sheet: Sheet, corner: np.ndarray) -> CutSurface:
+    """Return the surface with a front point at `corner` (2,) if a facet in the crack contains it."""
     rows = flat_facets(surface)
     uv = sheet.uv(surface.points[surface.facets[rows].ravel()]).reshape(-1, 3, 2)
     within = np.flatnonzero(shapely.intersects_xy(shapely.polygons(uv), *corner))
@@ -82,9 +83,10 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Mark trace points within TOUCHING of the front as on it, and such points at the mouth as inside.
+    """Mark trace points within TOUCHING of the rim: as front points at a front, as inside at the mouth.
 
-    A point that touches the pushed-out part of the rim just past the end of a front counts as that end.
+    Past the end of a front, the rim goes on to the mouth, which is pushed out of the box. A point that
+    touches the rim there, near the end, counts as that end.
     """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
@@ -99,7 +101,10 @@ def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _is_end(sheet: Sheet, front: np.ndarray, arc: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of arc lengths within `near` (k,) of an end of their front (k,); -1: no front."""
+    """Return a mask (k,) of arc lengths within `near` (k,) of an end of their open front.
+
+    front (k,): number of the front, -1 for none.
+    """
     open_to = np.array([np.inf if curve.closed else curve.length for curve in sheet.rim.curves])
     length = np.append(open_to, np.inf)[front]
     return np.isfinite(length) & (np.minimum(arc, length - arc) <= near)
@@ -136,7 +141,7 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tup
 
 
 def _end_reach(sheet: Sheet) -> float:
-    """Return the distance, in local sizes, at which a trace may pass the end of a front that it ends at.
+    """Return the largest distance, in local sizes, at which a trace may pass the front end where it ends.
 
     On the box the trace of a curved crack is a chord of the mouth, so it may pass at a distance.
     """
@@ -148,8 +153,8 @@ def _past_front_ends(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of edges that leave the crack past an end of its front, and positions (0 to 1) there.
 
-    Such an edge on the box is a chord of the mouth: past the end of the front it leaves through the part of
-    the domain that was pushed out of the box.
+    Such an edge on the box is a chord of the mouth. Past the end of the front, it leaves through the part
+    of the crack's domain that was extended out of the box. crossed (j,): rows that already cross the front.
     """
     ends = [curve.points[[0, -1]] for curve in sheet.rim.curves if not curve.closed]
     leaving = np.prod(np.sign(surface.phi[edges]), axis=1) < 0

@@ -11,7 +11,7 @@ from craftmesh.surface.measure import along_segments
 from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Crack
 
-CORNER = np.cos(np.radians(20.0))  # cosine of the front's turn above which a corner keeps a node
+CORNER = np.cos(np.radians(20.0))  # cosine of the front's turn from which on a corner keeps a node
 MOUTH = 0.2  # distance by which the mouth is pushed out of the box, in box diagonals
 # Largest distance past the mouth, in box diagonals, at which the crack still exists; farther out, a curved
 # crack might come back into the box.
@@ -128,7 +128,7 @@ def _polygon(rings: list[np.ndarray], nodes: np.ndarray) -> shapely.Polygon:
 def _push_out_mouth(
     domain: shapely.Polygon, crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray
 ) -> shapely.Polygon:
-    """Extend the domain past mouth edges on or beyond a box plane, so that the mouth is outside the box.
+    """Return the domain extended past mouth edges on or beyond a box plane, so that its rim is outside.
 
     Edges beyond the plane are extended too, so that no gap stays between them and edges on it. This occurs
     where a strip that has grown in the plane meets the old crack, which extends past the box.

@@ -68,9 +68,9 @@ class Sheet:
     def crossings(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n,), 0 to 1 from start to end (n, 3), where psi changes sign, and psi there.
 
-        psi must have opposite signs at start and end, or be 0 at one. The method is false position with the
-        Illinois rule (Dowell & Jarratt 1971). psi at the result is not 0 where the extrapolation past the
-        rim jumps.
+        psi must have opposite signs at start and end, or be 0 at one (not checked). The method is false
+        position with the Illinois rule (Dowell & Jarratt 1971), at most STEPS iterations. psi at the result
+        is not 0 where the extrapolation past the rim jumps.
         """
         low, high = np.zeros(len(start)), np.ones(len(start))
         at_low, at_high = self.offset(start), self.offset(end)
@@ -95,9 +95,9 @@ class Sheet:
     def nearest_crossing(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """Return the crack points (n, 3) nearest to points (n, 3) on segments points +- direction (n, 3).
 
-        NaN where none is found within SAME_PLACE of the direction's length. Intervals are searched for a
-        sign change, because psi is not monotonic in a plane that a curved crack crosses obliquely, and
-        Newton's method may fail.
+        NaN where none is found: psi there must be at most SAME_PLACE of the direction's length. STRETCHES
+        intervals on either side are searched for a sign change, because psi is not monotonic in a plane
+        that a curved crack crosses obliquely, and Newton's method may fail.
         """
         share = np.linspace(-1, 1, 2 * STRETCHES + 1)
         places = points[:, None] + share[None, :, None] * direction[:, None]
@@ -116,8 +116,8 @@ class Sheet:
     def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the triangle (n,) nearest to each parameter pair (n, 2), and the nearest point in it.
 
-        That point is given by barycentric coordinates (n, 3) and by the step (n, 2) from it, 0 on the
-        crack.
+        That point is given by barycentric coordinates (n, 3) and by the step (n, 2) from it to the
+        parameters, 0 on the crack.
         """
         cell, step = (
             holding(np.ascontiguousarray(uv), self.nodes, self.triangles, self.bins),

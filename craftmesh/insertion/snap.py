@@ -24,10 +24,11 @@ REACH = 3  # largest distance, in longest edges, at which points get an offset f
 def prepared(
     surface: Surface, sheet: Sheet, known: np.ndarray | None = None, least: float = 0.0
 ) -> CutSurface:
-    """Return the surface with psi near the crack, exactly 0 at points on it, and with local sizes.
+    """Return the surface with signed distances psi from the crack, and with local edge lengths.
 
-    known (k, 3): positions of points on the crack of an older mesh; points within the promised tolerance
-    count as on the crack. least: smallest target length.
+    psi is exactly 0 at points on the crack, and NaN beyond about REACH longest edges. known (k, 3):
+    positions of points on the crack of an older mesh; such points within PROMISED.facets of the crack count
+    as on it. least: smallest target length.
     """
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
@@ -59,10 +60,11 @@ def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
 
 
 FARTHEST = 0.5  # largest move of a point onto the crack, in local sizes
-# Fraction of the snap distance within which a point on a line moves straight onto the crack, not along its
-# line, or onto the front.
+# Fraction of the snap distance within which a point on a line moves onto the front, or straight onto the
+# crack instead of along its line.
 LINE_SHARE = 0.5
-# As LINE_SHARE, for points where lines end or meet; a crack close to such a point leaves needle facets.
+# Fraction of the snap distance within which a point where lines end or meet moves straight onto the crack;
+# a crack close to such a point leaves needle facets.
 KNOTS = 0.1
 # Smallest squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
 STEEP = ALONG**2
@@ -71,10 +73,11 @@ STEEP = ALONG**2
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
     """Move points near the crack onto it, within the patches, box planes and lines that hold them.
 
-    Points of an earlier crack move along that crack. If a line grazes the crack, the crossing is too far
-    away or taken by a neighbour; points on it then move straight if they are within LINE_SHARE of the snap
-    distance and not on an earlier crack. Points where lines meet or end do so within KNOTS of it; box
-    corners stay. A move that turns, flattens or pierces a facet is not made.
+    Points of an earlier crack move along that crack. A point on a line moves along it to where the line
+    crosses the crack. If that is too far away, or a neighbour moves there, the point moves straight onto
+    the crack, provided that it is within LINE_SHARE of the snap distance and not on an earlier crack.
+    Points where lines meet or end move straight within KNOTS of the snap distance; box corners stay. A move
+    that turns or flattens a facet beyond the bounds, or makes facets intersect, is not made.
     """
     distance = _distances(surface, sheet)
     with np.errstate(invalid="ignore"):
@@ -110,8 +113,8 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
 def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
     """Return the surface with points of box edges within OFF of the crack marked as on it.
 
-    Such a point finds no crossing along its edge, and the ribbon of face between it and the crack would
-    lead to flat tetrahedra. least: smallest target length.
+    Such a point has no crossing of the crack on its box edge to move to, and the narrow strip of face
+    between it and the crack would lead to flat tetrahedra. least: smallest target length.
     """
     planes = classified(surface).held
     with np.errstate(invalid="ignore"):
@@ -211,7 +214,10 @@ def onto_crack(
 def _along_lines(
     surface: CutSurface, sheet: Sheet, edges: np.ndarray, on_line: np.ndarray, targets: np.ndarray
 ) -> None:
-    """Fill in targets (n, 3) of marked points: crossings of their junction edges (k, 2) with the crack."""
+    """Fill in `targets` (n, 3) in place at the points in `on_line` (n,).
+
+    A target is the crossing of the crack and a line edge (k, 2) at the point.
+    """
     psi = surface.psi[edges]
     crossing = np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0
     for start, end in ((0, 1), (1, 0)):

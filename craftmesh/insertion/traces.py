@@ -36,7 +36,7 @@ GRAZING = 0.25
 
 
 def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
-    """Split trace edges that are too far from the crack at their farthest point, and move that onto it.
+    """Split trace edges too far from the crack where they are farthest, and move the new points onto it.
 
     New points move within their boundary. If one cannot move within the bounds, or its trace edges would
     cross others, its edge stays whole. least: smallest target length.
@@ -93,7 +93,10 @@ def _too_far_off(
 
 
 def _distances(sheet: Sheet, places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances (n,) of places (n, 3) from the crack, straight and within walls of these normals."""
+    """Return distances (n,) of places (n, 3) from the crack, to first order: straight, and within a wall.
+
+    normals (n, 3): of the wall (grain boundary or box face) at each place, 0 for none.
+    """
     psi, gradient = np.abs(sheet.offset(places)), sheet.gradient(places)
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     in_wall = gradient - np.einsum("ij,ij->i", gradient, normals)[:, None] * normals
@@ -103,8 +106,8 @@ def _distances(sheet: Sheet, places: np.ndarray, normals: np.ndarray) -> tuple[n
 def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return trace edges (k, 2) inside the front that lie in one boundary, one box plane or a triple line.
 
-    Also the boundary's normal (k, 3) there, zero for triple lines, whose points only move straight onto the
-    crack, and a mask (k,) of edges with a facet in a box plane.
+    Also return the boundary's normal (k, 3) there, and a mask (k,) of edges with a facet in a box plane.
+    The normal is zero at triple lines, whose points only move straight onto the crack.
     """
     on = surface.psi == 0
     rows = np.flatnonzero(on[surface.facets].sum(axis=1) >= 2)
@@ -129,7 +132,8 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 ALONG = 0.1  # distance from the front, in edge lengths, within which a trace edge runs along it
-ALONG_FLAT = 0.5  # the same for edges of facets that lie in the crack, because the front has to bound them
+# The same for edges of facets that lie in the crack. It is larger, because the front has to bound these.
+ALONG_FLAT = 0.5
 ROUNDS = 10  # most bisections of edges along the front; each reduces their distance from it to a quarter
 # Smallest distance of a front corner from the ends of an edge's stretch, in lengths of the stretch, for a
 # split at that corner. A split at the middle would leave a needle next to the corner.
@@ -191,7 +195,7 @@ def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: Si
 
 
 def _corners_off(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the largest distance (n,) of skipped front corners from each chord, 0 if it skips none.
+    """Return the largest distance (n,) from each chord of front corners between its ends; 0 without any.
 
     start, end (n,): arc lengths of the chords' ends on the front.
     """
@@ -214,7 +218,8 @@ def _split(
 ) -> CutSurface:
     """Split edges along the front (k, 2), whose midpoints move onto it, and edges across the crack (j, 2).
 
-    A midpoint that cannot move is not a front point, except where the front has to bound flat facets.
+    A midpoint that cannot move is not a front point, except where the front has to bound facets that lie in
+    the crack.
     """
     bent, across = chords
     flat = among_edges(bent, surface.facets[flat_facets(surface)])
