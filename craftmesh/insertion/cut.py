@@ -165,7 +165,7 @@ def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
 def feet_on_edges(
     surface: CutSurface, edges: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances (k,) of edges (k, 2) from places (k or 1, 3), and the edges' nearest points (k, 3)."""
+    """Return distances (k,) of edges (k, 2) from places (k or 1, 3), and their nearest points (k, 3)."""
     start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
     feet = start + along_segments(places, start, step)[:, None] * step
     return np.linalg.norm(places - feet, axis=1), feet

@@ -1,4 +1,4 @@
-"""Target edge lengths, Eq. 2-3.
+"""Target edge lengths, which grow with the distance from cracks and voids (Eq. 2-3 of the gradation paper).
 
 `sources` collects the defects around which edges are refined - fronts, voids, points - and returns a
 `Sizing` (`sizing`). All stages ask its `at(points)`, which returns the smallest of all its lengths.

@@ -18,15 +18,17 @@ from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
 
 # PER_WIDTH_IN_WEDGE: edge length, in widths of the gap, between a front and another surface, and along
-# lines where the crack's angle to the face has a sine below STEEP. Over 11 widths, tets there are flat.
+# lines where the crack's angle to the face has a sine below STEEP. With over 11 widths, tets there are
+# flat.
 PER_WIDTH_IN_WEDGE, STEEP = 6.0, 0.34
 # Shortest edges, in l_min: between an area and a face, between a line and a face, and between surfaces.
 SHORTEST, SHORTEST_BESIDE_LINES, SHORTEST_IN_GAPS = 0.5, 0.12, 0.1
-# Range of a crack's distance from a face, in units of the height that its tilt gives it at its distance
-# from the nearest place where it is on the face. In this range the crack leads there and forms a wedge with
-# the face, whose tets shorter edges make no less flat.
+# A straight crack that meets a face at some place rises from it by the distance from that place times the
+# sine of its tilt. If its distance from the face is between these multiples of that height, the crack leads
+# to the place. It then forms a wedge with the face, in which shorter edges do not make tets less flat.
 IN_WEDGE = (0.35, 1.5)
-# Widest gap, in distances from where a front meets the other surface; wider ones are corners over 14 deg.
+# Largest ratio of a gap's width to the distance from where the front meets the other surface; with a larger
+# ratio, front and surface form a corner of over 14 degrees.
 IN_CORNER = 0.25
 STEP = 0.2  # spacing of places along lines, in l_min
 
@@ -37,8 +39,9 @@ def clearance_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthFi
     """Return lengths where a crack is near faces of the box (2, 3), or its surfaces near each other.
 
     Return None if nowhere. At centres of its triangles and along fronts, kinks and mouths the length is
-    PER_WIDTH times the distance to each face, unless the crack leads to that face. Along fronts it is
-    PER_WIDTH_IN_WEDGE times the distance to other surfaces.
+    PER_WIDTH times the distance to each face (PER_WIDTH_IN_WEDGE times at small angles), unless the crack
+    leads to that face. Along fronts it is PER_WIDTH_IN_WEDGE times the distance to other surfaces. Lengths
+    have the lower limits SHORTEST, SHORTEST_BESIDE_LINES and SHORTEST_IN_GAPS.
     """
     box, parts = np.asarray(box, float), sheets(crack)
     kinks, fronts = kink_edges(crack), [crack.points[front] for front in crack.fronts]
@@ -94,9 +97,10 @@ def _apart(
 ) -> np.ndarray:
     """Return distances (k,) of places (k, 3) from a box face, inf where the crack leads to that face.
 
-    It is also inf outside the box and on the face. tilt (k,): sines of the crack's angles to the face; met
-    (n, 3): places where the crack is on the face. slack: amount by which the distance may be larger around
-    a place.
+    There (see IN_WEDGE) crack and face form a wedge, which shorter edges do not improve. Distances are also
+    inf outside the box and on the face. tilt (k,): sines of the crack's angles to the face; met (n, 3):
+    places where the crack is on the face. slack: largest distance of points from the place that stands for
+    them; their distances from the face differ by up to this.
     """
     axis, upper = face
     width, rounding = np.abs(places[:, axis] - box[upper, axis]), ROUNDING * np.ptp(box)
@@ -109,7 +113,7 @@ def _apart(
 
 
 def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Lengths:
-    """Return lengths along a surface's fronts from the distance to another one; none where they meet."""
+    """Return lengths along the fronts of `own` from the distance to `other`; none where the two meet."""
     at = _along([own.points[front] for front in own.fronts], l_min)
     at = at[((at >= box[0]) & (at <= box[1])).all(axis=1)]
     if not len(at):

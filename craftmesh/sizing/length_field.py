@@ -121,7 +121,10 @@ def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: fl
 def _curvature_tensors(
     points: np.ndarray, facets: np.ndarray, f: np.ndarray, g: np.ndarray, ends: np.ndarray
 ) -> np.ndarray:
-    """Return curvature tensors (n, 3, 3) from angles between facets `f` and `g` at their edges `ends`."""
+    """Return curvature tensors (n, 3, 3) at points (n, 3), from the angles between neighbouring facets.
+
+    f, g (k,): the two facets at each edge; ends (k, 2): the edge's points.
+    """
     area = area_vectors(points, facets)
     size = np.linalg.norm(area, axis=1)
     normal = area / np.maximum(size, 1e-300)[:, None]
@@ -142,6 +145,7 @@ def _curvature_tensors(
 
 
 def _averaged(tensor: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return tensors (n, 3, 3) averaged with those at the other ends of edges (k, 2), several times."""
     for _ in range(_CURVATURE_LAPS):
         total, count = tensor.copy(), np.ones(len(tensor))
         for a, b in (edges.T, edges[:, ::-1].T):

@@ -1,4 +1,4 @@
-"""The element-sizing function: target edge lengths from the distance to defects (paper, Eq. 2-3)."""
+"""The element-sizing function: target edge lengths by distance to defects (gradation paper, Eq. 2-3)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -91,10 +91,11 @@ class SizingOptions(Options):
 class Sizing(Frozen):
     """Target edge lengths (Eq. 3) around `sources` (k, 3), the points of crack fronts or void surfaces.
 
-    Without sources the target is l_max everywhere, which coarsens uniformly. growth: largest growth of
-    lengths per distance; None: STEEPEST. others: objects with `at(points)`, such as another Sizing or a
-    LengthField; the smallest of all lengths counts, and their own growth limits apply. Raise CraftmeshError
-    if l_min > l_max, if r0 > r1, or if the sources are not finite.
+    At a distance r from the nearest source, Eq. 3 is l_min + (l0 - l_min) (r / r0)^exponent up to r0, then
+    rises linearly to l_max at r1. Without sources the target is l_max everywhere, which coarsens uniformly.
+    growth: largest growth of lengths per distance; None: STEEPEST. others: objects with `at(points)`, such
+    as another Sizing or a LengthField; the smallest of all lengths counts, and their own growth limits
+    apply. Raise CraftmeshError if l_min > l_max, if r0 > r1, or if the sources are not finite.
     """
 
     l_min: float
@@ -179,7 +180,7 @@ class Sizing(Frozen):
 
 
 def median_edge(surface: Surface) -> float:
-    """Return the median edge length of `surface`."""
+    """Return the median edge length of `surface`; raise CraftmeshError if it has no facets."""
     edges = unique_edges(surface.facets)[0]
     if not len(edges):
         raise CraftmeshError("the surface has no facets to take l0 from; give l0")
@@ -256,7 +257,8 @@ PER_WIDTH = 2.5
 def where_short(places: np.ndarray, lengths: np.ndarray, sizing: Sizing) -> LengthField | None:
     """Return lengths (k,) at places (k, 3) as a field where they are below the sizing's; None if nowhere.
 
-    They grow by sizing.growth per distance, or FREE_GROWTH if that is None. In model units.
+    Each cell of l_min / CELLS keeps only its shortest length. Lengths are in model units, and grow by
+    sizing.growth per distance, or FREE_GROWTH if that is None.
     """
     short = np.flatnonzero(lengths < sizing.l_max)
     short = short[lengths[short] < sizing.at(places[short])]

@@ -137,7 +137,7 @@ def surrounds(labels: np.ndarray, pieces: Pieces) -> bool:
 
 
 def lies_in_specks(pieces: Pieces, least: int) -> bool:
-    """Return True if most voxels of 0, but of no other label, are in pieces of fewer than `least`."""
+    """Return True if 0, and no other label, has most voxels in pieces of fewer than `least` voxels."""
     voxels = pieces.voxels[pieces.label == 0]
     in_specks = 2 * voxels[voxels < least].sum() > voxels.sum()
     return bool(in_specks) and not dispersed(pieces, least).any()

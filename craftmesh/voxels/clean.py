@@ -115,7 +115,10 @@ def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict, li
 
 
 def _voids(before: np.ndarray, after: np.ndarray) -> list[str]:
-    """Return a sentence on the voids and the outside in labels `after` numbering voids, [] if none."""
+    """Return a sentence in a list on the voids and the outside in labels `after`; [] if there are none.
+
+    before: the labels before `number_voids`, with the declared voids.
+    """
     ids, voxels = np.unique(after[after <= 0], return_counts=True)
     if not len(ids):
         return []
@@ -155,8 +158,8 @@ def fill_unindexed(labels: np.ndarray, unindexed: np.ndarray) -> tuple[np.ndarra
 def number_voids(labels: np.ndarray) -> np.ndarray:
     """Return labels in which empty voxels (<= 0) connected to the box's faces are 0, and others voids < 0.
 
-    An enclosed connected piece is one void, with the label -k of the declared void k that has most of its
-    voxels, else with the next free number in scan order.
+    An enclosed connected piece gets the label -k of the declared void k that has most of its voxels, else
+    the next free number in scan order. Several pieces of one declared void all keep its label.
     """
     empty, count = ndimage.label(labels <= 0)
     ids = np.zeros(count + 1, np.int64)
@@ -234,6 +237,7 @@ def _emptied(pieces: Pieces, new_label: np.ndarray) -> str:
 
 
 def _one_emptied(label: int, voxels: np.ndarray, became: np.ndarray) -> str:
+    """Return in words what became of a label's pieces: their `voxels` (p,) and new labels `became` (p,)."""
     pieces = f"{len(voxels)} pieces, " if len(voxels) > 1 else ""
     to = listed(map(_named, np.unique(became).tolist()))
     return f"{_named(label)} ({pieces}{int(voxels.sum())} voxels, to {to})"
@@ -244,6 +248,7 @@ def _named(label: int) -> str:
 
 
 def _check_grains(labels: np.ndarray, options: CleanOptions) -> None:
+    """Raise CraftmeshError if no grain is left, or only one unless options.allow_single_grain."""
     low, high = int(labels.min()), int(labels.max())
     if high <= 0:
         raise CraftmeshError("the volume has no grain; check dataset, background and void_labels")
@@ -255,7 +260,7 @@ def _check_grains(labels: np.ndarray, options: CleanOptions) -> None:
 
 
 def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) -> Voxels:
-    """Return voxels with new labels; new ids get orientation and phase of their old ones, `parents`."""
+    """Return voxels with new labels; an id in `parents` gets the orientation and phase of its parent."""
     tables = []
     for table, unknown in ((voxels.orientations, np.nan), (voxels.phases, 0)):
         if table is not None:
@@ -271,7 +276,10 @@ def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) ->
 
 
 def _census(labels: np.ndarray, raw: RawVolume, parents: dict[int, int]) -> dict:
-    """Return counts of cleaned labels, and `remap`: id in the file -> its labels, none if absorbed."""
+    """Return the report's counts of the cleaned labels, and `remap`.
+
+    remap: id in the file -> list of the labels that it became, empty if it was absorbed.
+    """
     ids, count = np.unique(labels, return_counts=True)
     voxels = dict(zip(ids.tolist(), count.tolist()))
     grains = sorted((n, k) for k, n in voxels.items() if k > 0)

@@ -38,7 +38,7 @@ _TO_QUATERNIONS: dict[str, tuple[int, Callable[[np.ndarray], np.ndarray]]] = {
     KOCKS: (3, lambda rows: bunge_to_quaternion(rows * [1, 1, -1] + [np.pi / 2, 0, np.pi / 2])),
     ROE: (3, lambda rows: bunge_to_quaternion(rows + [np.pi / 2, 0, -np.pi / 2])),
 }
-_MIXED_UP = 1.0  # degrees, largest difference of two tables of a file; float32 angles agree within 0.1
+_MIXED_UP = 1.0  # degrees, largest difference between two tables of a file; float32 angles agree within 0.1
 _MIXED_ANGLES = 15.0  # degrees, spread within a grain above which its mean is questionable
 
 _TURN = 2 * np.pi * (1 + 1e-4)  # 2 pi with a margin, as float32 and files of four decimals round it up
@@ -101,9 +101,9 @@ def quaternions_of_voxels(
 
 
 def _fit(path: str | os.PathLike, name: str, rows: int, ids: np.ndarray) -> tuple[str, ...]:
-    """Return a note if a table has more rows than its ids (k,) need, row = id.
+    """Return a note if a table with row = id has more rows than its ids (k,) need.
 
-    Raises CraftmeshError if the table has one row per id that occurs, and not row = id.
+    Raises CraftmeshError if the table seems to have one row for each id that occurs, instead of row = id.
     """
     largest = int(ids.max(initial=0))
     if rows == len(ids) <= largest:
@@ -178,6 +178,7 @@ def _unit_by_range(size: np.ndarray) -> str:
 
 
 def _refuse_disagreement(path: str | os.PathLike, tables: Mapping[str, np.ndarray]) -> None:
+    """Raise CraftmeshError if a table (g, 4) differs from the first by over _MIXED_UP degrees in a row."""
     (first, table), *others = tables.items()
     for name, other in others:
         rows = min(len(table), len(other))

@@ -15,8 +15,8 @@ def struts(
 ) -> np.ndarray:
     """Return a mask (nx, ny, nz) of the material of a foam whose pores are the cells (nx, ny, nz) int.
 
-    With distances b, e, q of a voxel from the nearest boundary, edge and node of the cells, it is material
-    if e <= t, or if e q < growth t^2 and e b < shape t^2. The strut radius t between nodes follows from the
+    A voxel at distances b, e, q from the nearest boundary, edge and node of the cells is material if e <=
+    t, or if e q <= growth t^2 and e b <= shape t^2. The strut radius t between nodes follows from the
     relative density. Struts thicken within growth t of a node: as webs along the cells' boundaries if
     `shape` is small, on all sides if it is large. Only the largest connected piece is kept, and hollows in
     it are filled. Struts that end at a box face normal to an axis in `cut` are removed. Raises
@@ -55,7 +55,7 @@ def largest_piece(material: np.ndarray) -> np.ndarray:
 
 
 def _foreign_cells(cells: np.ndarray) -> np.ndarray:
-    """Return the number (nx, ny, nz) int8 of other cells among a voxel's six face neighbours."""
+    """Return for each voxel (nx, ny, nz) the number int8 of other cells among its six face neighbours."""
     padded = np.pad(cells, 1, mode="edge")
     count = np.zeros(cells.shape, np.int8)
     seen = [cells]

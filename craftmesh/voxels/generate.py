@@ -14,7 +14,7 @@ from craftmesh.voxels.clean import number_voids
 from craftmesh.voxels.foam import largest_piece, struts
 from craftmesh.voxels.options import SMALLEST_RADIUS, GenerateOptions
 
-RAGGED_LENGTH = 1.5  # voxels, correlation length of ragged boundaries; short, so that they have steps
+RAGGED_LENGTH = 1.5  # voxels, correlation length of ragged boundaries; so short that they have steps
 _CLEARANCE = 2.0  # voxels, smallest distance of a void from the box, other voids and embedded grains
 _TRIALS = 2000  # random centres tried for a void before an error
 
@@ -52,7 +52,10 @@ def shuffle_boundaries(labels: np.ndarray, share: float, rounds: int, rng: np.ra
 
 
 def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray | None = None) -> Voxels:  # noqa: B008
-    """Return a polycrystal: grains 1..n, then embedded grains, then the two of each pair; voids -1, -2, ...
+    """Return a polycrystal with grains 1..n, then embedded grains, then the two of each embedded pair.
+
+    Voids are -1, -2, ... in the order in which they are carved.
+
 
     spheres (v, 4): further voids, x, y, z, r in model units. Orientations are random and uniform; all have
     phase 1. The same options give the same voxels. Shuffling and foams may leave grains in pieces, and
@@ -124,9 +127,10 @@ def _cells(
 
 
 def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
-    """Return distances (nx, ny, nz) of voxels' centres from that of the nearest voxel on a grain boundary.
+    """Return distances (nx, ny, nz) of voxel centres from the centre of the nearest boundary voxel.
 
-    Voxels at a box face are on a boundary; distances are in units of `spacing`, 0 on a boundary.
+    A boundary voxel has a face neighbour of another label, or lies at a box face; its distance is 0.
+    Distances are in the unit of `spacing`.
     """
     padded, beside = np.pad(labels, 1), ndimage.generate_binary_structure(3, 1)
     is_inner = ndimage.minimum_filter(padded, footprint=beside) == padded
@@ -135,7 +139,10 @@ def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
 
 
 def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
-    """Embed balls in the grains with most space: first single grains, then balls of two half grains."""
+    """Embed balls in the grains with most space, in place: first single grains, then balls of two halves.
+
+    Raise CraftmeshError if a ball would be smaller than SMALLEST_RADIUS or there are too few grains.
+    """
     wanted = options.embedded_grains + options.embedded_pairs
     if not wanted:
         return

@@ -26,10 +26,11 @@ class Mouth(NamedTuple):
 def find_mouth(body: np.ndarray, spacing: np.ndarray, radius: float, least: float) -> Mouth:
     """Return the mouth of a crack of at most `radius` in a body, a mask (nx, ny, nz) of its bounding box.
 
-    On each line of voxels into the box, the body begins at some depth. Its excess over the depth on both
-    sides, along the crack's normal, is the notch; below `least` it is roughness and counts as 0. A crack's
-    radius is at most half the material ahead, and the distance to the box faces at the line's sides. The
-    line with the largest (crack radius) x (notch + `radius`) is chosen, the middle one of equals.
+    On each line of voxels into the box, the body begins at some depth. The excess of this depth over the
+    smallest depths on either side, along the crack's normal, is the notch; below `least` it is roughness
+    and counts as 0. A crack's radius is at most half the material ahead, and the distance to the box faces
+    at the line's sides. The line with the largest (crack radius) x (notch + `radius`) is chosen, the middle
+    one of equals.
     """
     best, found = 0.0, None
     for normal, inward in _AXES:
@@ -68,7 +69,8 @@ def _to_ends(count: int, edge: float) -> np.ndarray:
 def _middle(chosen: np.ndarray) -> tuple[tuple[int, int], np.ndarray]:
     """Return a chosen cell (i, j) and a point in it, from a mask `chosen` (n, m) of cells.
 
-    They are the mean of all chosen cells and its cell, if that is chosen; else the nearest chosen cell.
+    The point is the mean of the chosen cells' centres, if it lies in a chosen cell; else the chosen centre
+    nearest to the mean.
     """
     middles = np.argwhere(chosen) + 0.5
     mean = middles.mean(axis=0)

@@ -80,11 +80,11 @@ def read_voxels(
 ) -> RawVolume:
     """Read a labelled volume in one of the formats of `Format`; a TIFF stack is a file or a folder.
 
-    Ids in the file are kept as grain ids; only if 0 is a grain, every id increases by 1 (see `remap` and
-    `notes`). fills: whether the user sets fill_unindexed; then 0 is unindexed if the format does not define
-    it, else `background_shown` finds its meaning. Raises CraftmeshError for files that cannot be read or
-    meshed: missing files or datasets, fewer than two voxels along an axis, ids that are not integers or
-    exceed int32, undeclared negative ids, spacing <= 0, and an ambiguous label 0.
+    Ids in the file are kept as grain ids; only if 0 is a grain, every id increases by 1, which `remap` and
+    `notes` say. fills: whether the user sets fill_unindexed; then 0 is unindexed if the format does not
+    define it, else `background_shown` finds its meaning. Raises CraftmeshError for files that cannot be
+    read or meshed: missing files or datasets, fewer than two voxels along an axis, ids that are not
+    integers or exceed int32, undeclared negative ids, spacing <= 0, and an ambiguous label 0.
     """
     path = existing(Path(path))
     with enough_memory(path):
@@ -92,6 +92,7 @@ def read_voxels(
 
 
 def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bool) -> RawVolume:
+    """Return a file's content with labels renamed, and orientations and phases by grain."""
     labels = integer_labels(path, content.labels)
     refuse_scattered(path, content.name, labels)
     spacing = _spacing(path, content, options)
@@ -129,9 +130,9 @@ def read_marked(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
     """Return a mask (nx, ny, nz) of a file's voxels with a label, their spacing and origin, and notes.
 
-    label: None for any label except 0; grid: volume of the model, to which `place_beside` fits the voxels.
-    The formats are those of `read_voxels`; a .npy has axes x, y, z. Raises CraftmeshError as these
-    functions do, and if no voxel has the label.
+    label: None for any label except 0; grid: volume of the model, whose grid `place_beside` gives to an
+    array of the same shape. The formats are those of `read_voxels`; a .npy has axes x, y, z. Raises
+    CraftmeshError as these functions do, and if no voxel has the label.
     """
     path = existing(Path(path))
     with enough_memory(path):
@@ -175,6 +176,7 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
 
 
 def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
+    """Return the voxel spacing (3,) of the options, else of the file; CraftmeshError if none or not > 0."""
     spacing = content.spacing if options.spacing is None else options.spacing
     if spacing is None:
         raise CraftmeshError(

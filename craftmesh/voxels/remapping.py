@@ -216,9 +216,10 @@ def phase_table(
 
 
 def by_grain(path: str | os.PathLike, table: np.ndarray | None, remap: dict[int, int]) -> np.ndarray | None:
-    """Return a table (g, ...), row = id in the file, with row = grain; missing rows are NaN or 0.
+    """Return a table whose row = id in the file as one with row = grain.
 
-    Raises CraftmeshError if the ids of the grains are too large for a table.
+    Rows without an entry are NaN, or 0 in integer tables. remap: label in the file -> label. Raises
+    CraftmeshError if the ids of the grains are too large for a table.
     """
     if table is None:
         return None

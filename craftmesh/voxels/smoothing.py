@@ -20,7 +20,7 @@ CUT_OFF = 2.5
 BAND = 1.5
 # Largest relative error of a grain's number of voxels after an iteration; one voxel is always allowed.
 VOLUME_TOLERANCE = 0.005
-# As VOLUME_TOLERANCE, during the first half of an iteration's passes.
+# The same during the first half of an iteration's passes.
 MOST_DRIFT = 0.1
 # Largest number of exchange passes in an iteration; prices are adjusted to the volumes after each.
 SWEEPS = 20
@@ -62,7 +62,10 @@ def smooth_boundaries(labels: np.ndarray, spacing: np.ndarray, rounds: int) -> t
 
 @dataclass(frozen=True)
 class _Grid:
-    """A flat padded array of grain indices 0, 1, ...; each void, the outside and each box face is < -1."""
+    """A flat padded array of grain indices 0, 1, ...
+
+    Each void, the outside and each box face has a code < -1 of its own.
+    """
 
     padded: np.ndarray  # (n,) int32
     shape: tuple[int, int, int]  # shape of the padded array
@@ -125,7 +128,8 @@ def _deviation(spacing: np.ndarray) -> float:
     """Return the Gaussian's standard deviation: the edge of a cube of the voxel's volume.
 
     It is larger if the cut-off would not reach the next voxel along the longest edge. On clean grains with
-    voxels of 1 x 1 x 3, the cube's edge moves 0.4% of the voxels, but the longest edge would move 4%.
+    voxels of 1 x 1 x 3, smoothing with this deviation relabels 0.4% of the voxels; with the longest edge as
+    deviation it would relabel 4%.
     """
     reaching = np.nextafter(spacing.max() / CUT_OFF, np.inf)
     return float(max(np.cbrt(spacing.prod()), reaching))
@@ -144,7 +148,10 @@ def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return flat indices (k,) of voxels near boundaries, grains around them (k, m), and weights (k, m)."""
+    """Return flat indices (k,) of voxels near boundaries, grains around each (k, m), and weights (k, m).
+
+    A weight is the fraction of the Gaussian around the voxel that the grain fills; m is MOST_GRAINS.
+    """
     code = grid.padded.reshape(grid.shape)
     mixed = ndimage.maximum_filter(code, grid.band) != ndimage.minimum_filter(code, grid.band)
     near = np.flatnonzero(mixed.ravel() & (grid.padded >= 0))
@@ -167,7 +174,10 @@ class _Flow:
         self.mark = np.zeros(len(grid.padded), np.int32)
 
     def round(self) -> None:
-        """Run one iteration: blur, and exchange voxels until the volumes are those at the start."""
+        """Run one iteration: blur, and exchange voxels until each volume is near that at the start.
+
+        Near means within VOLUME_TOLERANCE; after SWEEPS passes, volumes may be farther off.
+        """
         rows = _rows(self.grid)
         for n in range(SWEEPS):
             near = self._sweep(rows, MOST_DRIFT if n < SWEEPS // 2 else VOLUME_TOLERANCE)

@@ -84,8 +84,8 @@ def absorb_small_pieces(pieces: Pieces, minimum: int) -> np.ndarray:
     """Return the label (p,) of each piece after every piece under `minimum` voxels has joined a neighbour.
 
     The smallest piece is first. A piece joins the grain with which it shares the most faces (of equals the
-    lowest id), or a void or the outside only if it touches no grain. In this way it may connect several
-    pieces of that grain. A piece without neighbours stays.
+    lowest id), or a void or the outside only if it touches no grain. It then connects all pieces of that
+    label that it touches. A piece without neighbours stays.
     """
     if minimum <= 1 or not (pieces.voxels < minimum).any():
         return pieces.label
