@@ -34,10 +34,10 @@ class Classification:
 
     @cached_property
     def rank(self) -> np.ndarray:
-        """(n,) int64: IN_PATCH, ON_LINE or AT_JUNCTION.
+        """(n,) int64: IN_PATCH (0), ON_LINE (1) or AT_JUNCTION (2).
 
-        A vertex on a line has two feature edges, with the same patches at both. A vertex where surfaces
-        meet without a common edge is a junction.
+        A vertex on a line has two feature edges, with the same patches at both. A vertex where parts of the
+        surface meet without a common edge is a junction.
         """
         facets, count = self.surface.facets.astype(np.int64), len(self.surface.points)
         rank = line_ranks(facets, self.patch, count)
@@ -46,7 +46,7 @@ class Classification:
 
     @cached_property
     def planes(self) -> np.ndarray:
-        """(n,) int64: bit mask of the box planes that hold each vertex, bit 1 << (k - 1) for kind k."""
+        """(n,) int64: bit mask of the box planes in which each vertex lies, bit 1 << (k - 1) for kind k."""
         planes = np.zeros(len(self.surface.points), np.int64)
         for k in range(1, CRACK):
             planes[self.surface.facets[self.surface.kind == k]] |= 1 << (k - 1)
@@ -54,7 +54,10 @@ class Classification:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """(n, 3) bool: coordinates fixed by box planes; all three at a corner of the box and on borders."""
+        """(n, 3) bool: coordinates fixed by box planes; all three at a corner of the box and on borders.
+
+        A border facet is where a part was cut out of a mesh.
+        """
         by_planes = (self.planes[:, None] >> np.array([0, 2, 4])) & 3 != 0
         return by_planes | self.on_border[:, None]
 

@@ -29,7 +29,7 @@ class MoveBounds:
 
 # Bounds for smoothing voxel steps: their facets may turn until they lie in the boundary.
 SMOOTHING = MoveBounds(turn=180.0, quality=0.25, edge=0.05)
-# Bounds for the copies of a split non-manifold vertex, which move into their fans; cleaning follows.
+# Bounds for the copies of a split non-manifold vertex. Each moves among its own facets; cleaning follows.
 RELEASING = MoveBounds(turn=180.0, quality=0.0)
 # Bounds for a point that must move onto a crack, because the crack would be cut along a chord otherwise.
 SETTLING = MoveBounds(turn=80.0, quality=0.02)
@@ -50,11 +50,12 @@ def guarded_move(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the points (n, 3) moved within the bounds, and a mask (n,) of points that were held.
 
-    targets (n, 3): new positions; or a function that returns them for the held points' mask (n,) and leaves
-    held points in place. With a function, a bad facet's neighbours are held from the first attempt, because
-    their targets follow held points. spoils: function that returns a mask (m,) of further bad facets of
-    moved points. known (k, 2): pairs of facets that may intersect; None: pairs that already do. Points of
-    bad facets are held, and the move is tried again.
+    Points of facets that the move would make bad are held, and the move is tried again until no facet is
+    bad. targets (n, 3): new positions; or a function that returns them for the held points' mask (n,) and
+    leaves held points in place. With a function, a bad facet's neighbours are held from the first attempt,
+    because their targets follow held points. spoils: function that returns a mask (m,) of further bad
+    facets for moved points (n, 3). known (k, 2): pairs of facets that may intersect; None: pairs that
+    already do.
     """
     points, facets = np.array(surface.points), np.array(surface.facets)  # kernels take no read-only ones
     lists, levels = corner_lists(facets, len(points)), box_levels(surface)
@@ -82,7 +83,7 @@ def guarded_move(
 def _among(
     pairs: np.ndarray, known: np.ndarray | None, points: np.ndarray, facets: np.ndarray
 ) -> np.ndarray:
-    """Return a mask (k,) of the pairs (k, 2) in `known`; None: of pairs that intersect at the points."""
+    """Return a mask (k,) of the pairs (k, 2) that are in `known`; None: that intersect before the move."""
     if known is None:
         rows = np.unique(pairs)
         known = rows[intersecting_pairs(points, facets[rows])]
@@ -91,10 +92,10 @@ def _among(
 
 
 def _to_hold(facets: np.ndarray, bad: np.ndarray, rings: int, way: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of points to hold for the facets `bad` (m,); way (n, 3): the points' moves.
+    """Return a mask (n,) of points to hold because of the facets in `bad` (m,); way (n, 3): the moves.
 
-    If rings < 0, only the farthest-moving point of each facet; else all its points and `rings` rings
-    around.
+    If rings < 0, these are the farthest-moving points of the bad facets, one of each; else all their points
+    and those of `rings` rings of facets around them.
     """
     if rings >= 0:
         return vertices_around(facets, bad, rings, len(way))

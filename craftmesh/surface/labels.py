@@ -8,18 +8,19 @@ import scipy
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.label_lookup import winding_labels
 
-# Rotation vector of the viewing direction, along which meshes of voxels have no edges or facets.
+# Rotation vector of the direction in which facets above a place are searched. Meshes of voxels have no
+# edges or facets along it, so no search hits one edge-on.
 VIEW = (0.3711, 0.6183, 0.2047)
-# Most bins along the longer axis.
+# Most cells of the search grid along its longer axis.
 MAX_CELLS = 1000
 
 
 def labels_at(places: np.ndarray, points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """Return labels (q,) int64 at `places` (q, 3): a grain, -k in void k, 0 outside the material.
 
-    points (n, 3), facets (m, 3), sides (m, 2) as in Surface. A label's winding number is summed over the
-    facets straight above a place, and the largest number decides. Intersecting facets therefore only affect
-    places between them.
+    points (n, 3), facets (m, 3), sides (m, 2) as in Surface. A label's winding number, how often its
+    boundary encloses the place, is summed over the facets straight above a place, and the largest number
+    decides. Intersecting facets therefore only affect places between them.
     """
     view = _view()
     points, facets = points @ view.T, facets.astype(np.int64)

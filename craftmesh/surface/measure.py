@@ -9,7 +9,7 @@ from craftmesh.surface.kernels.distances import nearest_facets
 from craftmesh.surface.kernels.facet_measures import angles_of, area_vectors_of, volumes_from
 from craftmesh.surface.rounding import ROUNDING
 
-FLAT = 1e-10
+FLAT = 1e-10  # ratio of area to squared longest edge up to which a facet is degenerate
 
 
 def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
@@ -116,7 +116,7 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
 
 
 def enclosed(points: np.ndarray, facets: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
-    """Return the volumes (count,) of labels as `side_volumes`, by their place (m, 2) at each facet."""
+    """Return the volumes (count,) that labels enclose; place (m, 2): index of each facet's two labels."""
     swept = swept_volumes(points, facets)
     volumes: np.ndarray = np.bincount(place[:, 0], swept, count) - np.bincount(place[:, 1], swept, count)
     return volumes
@@ -125,7 +125,7 @@ def enclosed(points: np.ndarray, facets: np.ndarray, place: np.ndarray, count: i
 def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dict[int, float]:
     """Return each label's relative change of volume from `before` to `after`.
 
-    A missing label has a drift of -1; a label without a volume before has none.
+    A label missing in `after` has a drift of -1; a label with volume 0 before has the drift 0.
     """
     return {k: after.get(k, 0.0) / volume - 1 if volume else 0.0 for k, volume in before.items()}
 
@@ -141,7 +141,8 @@ def nearest_facet(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the facet (q,), among facets (f, 3) on points (n, 3), f >= 1, nearest to places (q, 3).
 
-    Also the distances (q,) to them, and sides (q,): 1 ahead of the facet's plane, -1 behind or on it.
+    Also return the distances (q,) to these facets, and on which side (q,) of the facet's plane a place
+    lies: 1 ahead, -1 behind or in it.
     """
     corners = points[facets]
     centres = corners.mean(axis=1)

@@ -8,7 +8,7 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import numbered
 from craftmesh.types import BORDER, BOX_PLANES, CRACK, INTERFACE, Surface
 
-# Kind, axis, and whether it is the upper one, of each box plane.
+# For each box plane: its kind, the axis normal to it, and whether it is the upper of the two.
 PLANES = tuple((kind, (kind - 1) // 2, kind % 2 == 0) for kind in range(1, len(BOX_PLANES) + 1))
 
 
@@ -33,6 +33,7 @@ def oriented(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _turned(surface: Surface) -> np.ndarray:
+    """Return a mask (m,) of facets, not of the crack, with the smaller label behind their normal."""
     return (surface.sides[:, 0] < surface.sides[:, 1]) & (surface.kind != CRACK)
 
 
@@ -47,7 +48,8 @@ def patches(surface: Surface) -> Patches:
     """Return the patches of a surface: sets of facets between the same two labels and of one kind.
 
     The orientation of a facet makes no difference, except on the crack, whose two faces are distinguished.
-    Patches are numbered in the order of their larger label, smaller label and kind.
+    Patches are numbered in the order of their larger label, smaller label and kind. Each border facet
+    (where a part was cut out of a mesh) is a patch of its own, so that all its edges are feature edges.
     """
     sides = np.where(_turned(surface)[:, None], surface.sides[:, ::-1], surface.sides)
     labels, place = numbered(sides)
@@ -79,7 +81,7 @@ class FeatureEdges(NamedTuple):
 
 
 def feature_edges(surface: Surface, of_facet: np.ndarray | None = None) -> FeatureEdges:
-    """Return the edges of `surface` and which are features; of_facet (m,): its patches, if known."""
+    """Return the edges of `surface` with a mask of feature edges; of_facet (m,): its patches, if known."""
     patch = patches(surface).of_facet if of_facet is None else of_facet
     edges, of_corner, count = unique_edges(surface.facets)
     any_patch = np.empty(len(edges), np.int64)

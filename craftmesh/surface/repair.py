@@ -10,9 +10,10 @@ from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, v
 from craftmesh.surface.smoothing import lapped, smoothing_neighbours
 from craftmesh.types import Surface
 
-# Most smoothing passes; after each PATIENCE + 1 of them the moving neighbourhood grows by a ring of facets.
+# Most smoothing passes. Points of faulty facets move; after each PATIENCE + 1 passes, points of one more
+# ring of facets around these move too.
 ROUNDS = 24
-WEIGHT = 0.7
+WEIGHT = 0.7  # fraction of the distance to the mean of its neighbours that a point moves in a pass
 # Most facets that a report names.
 MAX_NAMED = 1000
 
@@ -21,9 +22,10 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     """Return the surface with points moved so that fewer facets intersect or are degenerate, and a report.
 
     Points near such facets move towards the mean of their neighbours: on triple lines along these, within
-    box planes, edges and corners; points of the crack stay. All grains share the points, so neighbours stay
-    conformal. The result depends on the surface alone, so jobs that mesh different grains get the same
-    bits. A surface without faults is returned unchanged.
+    box planes and edges; points of the crack and corners of the box stay. The best of at most ROUNDS passes
+    counts, so faults may be left. All grains share the points, so neighbours stay conformal. The result
+    depends on the surface alone, so jobs that mesh different grains get the same bits. A surface without
+    faults is returned unchanged.
     """
     facets = surface.facets.astype(np.int64)
     faulty = faulty_facets(surface.points, facets)
@@ -52,6 +54,7 @@ def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray) -> dict:
+    """Return the number of faulty facets `first` (m,); if any, their ids and grains, moves, faults left."""
     report = {"faults": int(first.sum())}
     if not first.any():
         return report

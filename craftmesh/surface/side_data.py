@@ -50,7 +50,7 @@ def unit_hint(first: np.ndarray, second: np.ndarray, ratio: float | None = None)
 
 
 def power_told(power: int) -> str:
-    """Return a text that numbers are 10^power times as large, and in which units; "" for 0."""
+    """Return a text that numbers are about 10^power times as large, with a guess of units; "" for 0."""
     if not power:
         return ""
     text = f", about {10 ** abs(power)} times as {'large' if power > 0 else 'small'}"
@@ -74,9 +74,9 @@ def notes_on_place(
 ) -> list[str]:
     """Return a note if some points (n, 3) lie outside the box (2, 3) or seem to have another unit.
 
-    what: begins the note. Another unit is assumed from a factor of 100 between the coordinates. Raise
-    CraftmeshError if no point lies within `reach` of the box, or if several points in another unit span
-    less than `least`.
+    what: begins the note. Another unit is assumed if coordinates differ by a factor of about 100 or more;
+    this is tested only if all points lie in the box. Raise CraftmeshError if no point lies within `reach`
+    of the box, or if several points in another unit span less than `least`.
     """
     span, gap = span_of(points), np.linalg.norm(points - np.clip(points, *box), axis=1)
     off = gap > ON_PLANE * size_of(box)
@@ -142,7 +142,7 @@ def place_beside(
     if shape != own and is_bare:
         raise CraftmeshError(
             f"has {shape} voxels and no spacing{'' if spacing is None else ' except 1'}, but the "
-            f"microstructure has {own} voxels; give as many, or a format with spacing and origin"
+            f"microstructure has {own}; give as many voxels, or a format with spacing and origin"
         )
     if spacing is None:
         return grid.spacing, grid.origin, []
@@ -157,7 +157,7 @@ def place_beside(
     if shape == own and not np.allclose(spacing, grid.spacing, rtol=0.5 / max(shape)):
         raise CraftmeshError(
             f"has as many voxels as the microstructure, {shape}, but of another size: {spans}{hint}; give "
-            "them its spacing and origin, or none"
+            "the file the microstructure's spacing and origin, or no spacing at all"
         )
     centres = origin + (np.argwhere(marked) + 0.5) * spacing
     off = ((centres < grid.box[0]) | (centres > grid.box[1])).any(axis=1)

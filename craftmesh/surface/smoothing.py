@@ -1,4 +1,4 @@
-"""Smoothing of a surface: the neighbours that each vertex is drawn to; on a line, those along it."""
+"""Smoothing of a surface: passes that draw each vertex to its neighbours, on a line only along the line."""
 
 from collections.abc import Sequence
 

@@ -17,7 +17,7 @@ from craftmesh.surface.kernels.gradients import around_points, volume_gradients
 from craftmesh.surface.measure import enclosed
 from craftmesh.types import Surface
 
-# Largest move of a vertex in one correction, in its mean edge lengths.
+# Largest move of a vertex in one correction, relative to the mean length of its edges.
 STEP = 0.3
 # Largest relative error of a grain's volume, and most corrections.
 TOLERANCE, ROUNDS = 5e-4, 8
@@ -36,7 +36,8 @@ def restore_volumes(
     """Return the surface with its vertices moved so that each grain has its target volume, and a report.
 
     targets: volume in model units by grain id, or -k for void k. The displacement has the smallest
-    area-weighted mean square that corrects all volumes to first order; it is repeated up to `rounds` times.
+    area-weighted mean square that corrects all volumes to first order. It is repeated at most `rounds`
+    times, until no volume is off by more than TOLERANCE; the report says what is left.
     Vertices stay on planes, edges and corners of the box, and within reach (n,) of their first positions;
     vertices of crack facets do not move. No facet breaks the `bounds`: vertices whose move would do so are
     held in the next correction, where other vertices compensate. Raise CraftmeshError if a target is not
@@ -66,7 +67,10 @@ def restore_volumes(
 
 
 def checked_targets(targets: Mapping[int, float], surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Return sorted grains (g,) and their target volumes (g,), all > 0; raise CraftmeshError otherwise."""
+    """Return the sorted ids (g,) and volumes (g,) of `targets`.
+
+    Raise CraftmeshError for a volume that is not > 0, or an id (-k for void k) that the surface lacks.
+    """
     grains = as_array("grains with target volumes", list(targets), np.int64, (None,))
     target = as_array("target volumes", list(targets.values()), float, (None,), finite=False)
     sound = (target > 0) & (target <= LARGEST) & np.isin(grains, surface.sides)
@@ -80,12 +84,16 @@ def checked_targets(targets: Mapping[int, float], surface: Surface) -> tuple[np.
 
 
 def _drift_report(when: str, drift: np.ndarray) -> dict:
+    """Return the mean and largest size of relative drifts (g,), under names that end in `when`."""
     size = np.abs(drift) if len(drift) else np.zeros(1)
     return {f"mean_drift_{when}": float(size.mean()), f"worst_drift_{when}": float(size.max())}
 
 
 def _rows(sides: np.ndarray, grains: np.ndarray) -> np.ndarray:
-    """Return rows (m, 2) int32 of the grains behind and ahead of each facet, -1 if there is none."""
+    """Return the indices (m, 2) int32 in `grains` of the grains behind and ahead of each facet.
+
+    -1 stands for a side that is not among `grains`, and for both sides of a facet within one grain.
+    """
     bounds = np.isin(sides, grains) & (sides[:, :1] != sides[:, 1:])
     return np.where(bounds, np.searchsorted(grains, sides), -1).astype(np.int32)
 

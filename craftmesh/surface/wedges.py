@@ -12,8 +12,8 @@ from craftmesh.types import Surface
 class Wedges(NamedTuple):
     """Sectors between consecutive facets around edges.
 
-    edge (w, 2): its points; label (w,) of the sector: grain k, void -k or exterior 0; angle (w,) in
-    degrees.
+    edge (w, 2): the points of a sector's edge; label (w,): what fills the sector, grain k, void -k or
+    exterior 0; angle (w,): in degrees.
     """
 
     edge: np.ndarray
@@ -28,7 +28,8 @@ class Wedges(NamedTuple):
 def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np.ndarray) -> Wedges:
     """Return the sectors around the edges in `chosen` (c, 2), lower point first.
 
-    sides (m, 2): labels behind and ahead of each facet's normal.
+    points (n, 3), facets (m, 3); sides (m, 2): labels behind and ahead of each facet's normal. An edge with
+    one facet has one sector of 360 degrees.
     """
     edges, of_corner, _ = unique_edges(facets)
     stride = len(points) + 1

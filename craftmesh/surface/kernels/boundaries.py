@@ -9,6 +9,7 @@ from craftmesh.surface.kernels.union_find import root_of
 
 @lean_kernel
 def _slot(bits, row, mask):
+    """Return the slot of bits[row] (3,) in a hash table of mask + 1 entries, a power of two."""
     key = bits[row, 0] * np.uint64(0x9E3779B97F4A7C15)
     key ^= (bits[row, 1] * np.uint64(0xC2B2AE3D27D4EB4F)) >> np.uint64(7)
     key ^= bits[row, 2] * np.uint64(0x165667B19E3779F9)
@@ -42,9 +43,9 @@ def lowest_equal_rows(bits):
 
 @kernel
 def close_pairs(points, reach, width):
-    """Return the pairs (k, 2) of points (n, 3), the lower last, within the reach; some may come twice.
+    """Return the pairs (k, 2) of points (n, 3) at most `reach` apart, the lower id last; some come twice.
 
-    Points are found by a hash of their cell. The width of cells is at least twice the reach.
+    Points are found by a hash of their cell. width: of the cells, at least twice the reach (not checked).
     """
     pairs, found = np.empty((64, 2), np.int64), 0
     size = 16

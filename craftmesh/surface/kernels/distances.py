@@ -6,8 +6,8 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
 from craftmesh.surface.rounding import ROUNDING
 
-# Facets per block, which are skipped together. With 8,400 facets, 16 are as good, and 64 take half as long
-# again.
+# Facets per block; a block is skipped as a whole. With 8,400 facets, blocks of 16 take the same time and
+# blocks of 64 half as long again.
 BLOCK = 32
 
 
@@ -36,9 +36,9 @@ def _is_beyond(places, q, low, high, row, bound):
 def nearest_facets(places, points, facets, some, centres, reach):
     """Return nearest facets (q,) of places (q, 3), squared distances (q,), and sides (q,): 1 ahead or -1.
 
-    some (q,): a facet near each place, best the one with the nearest centre. centres (f, 3), reach (f,):
-    spheres around the facets; only facets whose spheres, in blocks whose boxes, come as near as that facet
-    are measured. Of equally near facets the first one is returned.
+    some (q,): a facet near each place, best the one with the nearest centre; its distance bounds the
+    search. centres (f, 3), reach (f,): spheres around the facets. A facet is measured only if its sphere,
+    and the box of its block, comes within this bound. Of equally near facets the first one is returned.
     """
     low, high = _block_boxes(centres, reach)
     nearest, side = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
@@ -72,7 +72,7 @@ def nearest_facets(places, points, facets, some, centres, reach):
 
 @kernel
 def nearest_on_edges(places, points, edges):
-    """Return the point (q, 3) on the edges (e, 2) that is nearest to each place."""
+    """Return the point (q, 3) on the edges (e, 2) nearest to each place; without edges the place itself."""
     result = places.copy()
     for q in range(len(places)):
         best, nearest = np.inf, -1

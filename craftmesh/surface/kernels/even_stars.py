@@ -13,8 +13,8 @@ def even_stars(points, facets):
     """Return (n,) bool: points whose facets go around them once, closed, as a height over a plane.
 
     No two facets of such a point meet in more than their common vertices. The sum of hashes of the ends of
-    the edges across from a point is 0 only if each of its edges has one facet on either side. A star with
-    facets that are nearly flat, or nearly upright on the plane, is not even.
+    the edges across from a point is 0 only if each of its edges has one facet on either side. A point with
+    a facet that is nearly flat, or nearly upright on the plane, does not count.
     """
     normals, link = np.zeros(points.shape), np.zeros(len(points), np.uint64)
     turns, even = np.zeros(len(points), np.int32), np.ones(len(points), np.bool_)

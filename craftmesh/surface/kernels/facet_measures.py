@@ -6,7 +6,7 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 
 TINY = np.finfo(np.float64).tiny
-IDEAL = 4 * np.sqrt(3)
+IDEAL = 4 * np.sqrt(3)  # makes the quality of an equilateral facet 1
 
 
 @kernel

@@ -4,6 +4,7 @@ import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
 
+# Degrees: a facet has an angle score of 1 if its smallest or its largest angle is this.
 LEAST_ANGLE = 15.0
 LARGEST_ANGLE = 135.0
 _LEAST = 1.0 - np.cos(np.radians(LEAST_ANGLE))
@@ -33,7 +34,7 @@ def squared_distance(points, a, b):
 
 @kernel
 def relative_lengths(points, size, edges):
-    """Return lengths (e,) of `edges` (e, 2) in mean target lengths `size` (n,) of their ends."""
+    """Return lengths (e,) of `edges` (e, 2) relative to the mean target length `size` of their two ends."""
     ratio = np.empty(len(edges))
     for n in range(len(edges)):
         a = edges[n, 0]
@@ -44,7 +45,7 @@ def relative_lengths(points, size, edges):
 
 @lean_kernel
 def mean_edge(points, facets, alive, count):
-    """Return the mean length of the first edges of facets marked `alive` among the first `count`."""
+    """Return the mean length of the edges 0 (corner 0 to 1) of facets marked `alive` among `count` rows."""
     total, living = 0.0, 0
     for f in range(count):
         if alive[f]:

@@ -10,8 +10,9 @@ from craftmesh.surface.kernels.neighbours import COLUMNS, ID, IS_FEATURE, list_n
 def drawn_by(facets, patch, held, lists):
     """Return start (n + 1,) and ids (k,): points ids[start[v] : start[v + 1]], ascending, attract point v.
 
-    `smoothing_neighbours` describes the rule. patch (m,): patches of the facets (m, 3); held (n, 3): mask
-    of coordinates that box planes hold; lists: the facets' corner lists.
+    They are all neighbours, or on a line of feature edges the neighbours along it (`smoothing_neighbours`).
+    patch (m,): patches of the facets (m, 3); held (n, 3): mask of coordinates that box planes hold; lists:
+    the facets' corner lists.
     """
     start, ids = np.zeros(len(held) + 1, np.int32), np.empty(2 * facets.size, np.int32)
     near = np.empty((64, COLUMNS), np.int64)

@@ -119,7 +119,10 @@ def _pair(mesh, t, i):
 
 @kernel
 def _prefers_flip(uv, a, b, c, d):
-    """Return whether diagonal c-d is better than edge a-b, with c ahead and d behind (Delaunay, convex)."""
+    """Return whether c-d is the better diagonal of triangles a-b-c and b-a-d by Delaunay's criterion.
+
+    False if the two triangles do not form a convex quadrangle.
+    """
     if turn(uv, c, d, b) <= 0.0 or turn(uv, d, c, a) <= 0.0:
         return False
     ca, cb = (uv[a] - uv[c]), (uv[b] - uv[c])
@@ -351,6 +354,7 @@ def recover_edge(mesh, a, b):
 
 @lean_kernel
 def _has_edge(mesh, a, b):
+    """Return whether a triangle has the edge a-b."""
     for t in range(mesh.used[1]):
         if _edge_from(mesh, t, a) >= 0 and _edge_from(mesh, t, b) >= 0:
             return True

@@ -1,4 +1,4 @@
-"""Ranks of vertices: what the lines and the sheets that meet at each one leave it free to do."""
+"""Ranks of vertices: how free the lines and surfaces that meet at a vertex leave it to move."""
 
 import numpy as np
 

@@ -10,7 +10,7 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_on_facet
 
 @lean_kernel
 def _turns(points, moved, a, b, c, cosine):
-    """Whether a facet turns by more than the angle of this cosine."""
+    """Return whether a facet turns from `points` to `moved` by more than the angle of this cosine."""
     x, y, z = area_vector(points, a, b, c)
     u, v, w = area_vector(moved, a, b, c)
     size = np.sqrt(x * x + y * y + z * z) * np.sqrt(u * u + v * v + w * w)
@@ -19,6 +19,7 @@ def _turns(points, moved, a, b, c, cosine):
 
 @lean_kernel
 def _is_beyond(moved, facets, f, levels):
+    """Return whether a corner of facet f lies outside the box with the planes `levels` (2, 3)."""
     for corner in range(3):
         for axis in range(3):
             x = moved[facets[f, corner], axis]
@@ -29,9 +30,10 @@ def _is_beyond(moved, facets, f, levels):
 
 @kernel
 def spoiled(points, moved, facets, lists, changed, levels, bounds):
-    """Return (m,) bool: the `changed` facets (m, 3) out of bounds as their points (n, 3) are moved (n, 3).
+    """Return (m,) bool: facets that break the bounds if their points (n, 3) move to `moved` (n, 3).
 
-    lists: the facets' corner lists; levels (2, 3): planes of the box; bounds: the fields of `MoveBounds`.
+    Only facets in the mask `changed` (m,) are tested; a facet that was worse before does not count. lists:
+    the facets' corner lists; levels (2, 3): planes of the box; bounds: the fields of `MoveBounds`.
     """
     turn, least_quality, least_edge = bounds
     cosine = np.cos(np.radians(turn))

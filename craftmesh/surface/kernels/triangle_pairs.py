@@ -9,8 +9,9 @@ from craftmesh.surface.kernels.bins import cell_along, grid_over
 from craftmesh.surface.kernels.even_stars import even_stars
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
-# Facets (k, 3) whose cells reach into the present layer, their bounds (k, 6), lower ones first, the first
-# and last cells (k, 6) of these, their ids (k,), and whether pairs with them are looked for (k,).
+# The facets (k, 3) that reach into the present layer of grid cells; their bounds (k, 6), lower ones first;
+# the first and last cells (k, 6) of these bounds; the facets' ids (k,); and a mask (k,) of the facets with
+# which pairs are looked for.
 Layer = namedtuple("Layer", "facets bounds cells ids chosen")
 # Most cells of the grid: this number per facet, plus a constant.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
@@ -57,6 +58,7 @@ def _by_layer(points, facets, grid):
 
 @lean_kernel
 def _share_even_star(facets, f, g, even):
+    """Return whether facets f and g share a point in the mask `even` (n,) and so cannot intersect."""
     for i in range(3):
         v = facets[f, i]
         if even[v] and (facets[g, 0] == v or facets[g, 1] == v or facets[g, 2] == v):
@@ -77,7 +79,7 @@ def _set_box(points, facets, f, grid, bounds, cells, row):
 
 @kernel
 def _near_chosen(points, facets, chosen, grid):
-    """Return (m,) bool: facets that share a cell with a chosen one."""
+    """Return (m,) bool: chosen facets, and facets that share a cell with one."""
     near, (nx, ny, nz) = chosen.copy(), grid.shape
     marked = np.zeros((nx, ny, nz), np.bool_)
     bounds, box = np.empty((1, 6)), np.empty((1, 6), np.int64)
@@ -106,7 +108,7 @@ def _enter(points, facets, chosen, grid, layer, row):
 
 @lean_kernel
 def _next_layer(points, facets, chosen, grid, layer, count, i, entering):
-    """Leave rows in the layer that reach layer i, let facets enter, and return how many there are."""
+    """Keep the rows of `layer` that reach layer i, add the facets `entering`, return the number of rows."""
     kept = 0
     for row in range(count):
         if layer.cells[row, 3] >= i:
@@ -122,7 +124,7 @@ def _next_layer(points, facets, chosen, grid, layer, count, i, entering):
 
 @lean_kernel
 def _fill(cells, count, width, start):
-    """Set where the rows of each cell of a layer, `width` cells wide, end; return how many there are."""
+    """Set start[c] to the end of the rows of cell c, in a layer `width` cells wide; return their number."""
     start[:] = 0
     for row in range(count):
         for j in range(cells[row, 1], cells[row, 4] + 1):
@@ -135,7 +137,7 @@ def _fill(cells, count, width, start):
 
 @lean_kernel
 def _place(cells, count, width, start, items):
-    """Put the rows into their cells, ascending; the ends of the cells come to be their starts."""
+    """Put the rows into their cells in `items`, ascending; turn the cells' ends in `start` into starts."""
     for row in range(count - 1, -1, -1):
         for j in range(cells[row, 1], cells[row, 4] + 1):
             for k in range(cells[row, 2], cells[row, 5] + 1):
@@ -145,7 +147,10 @@ def _place(cells, count, width, start, items):
 
 @lean_kernel
 def _bounds_meet_in_cell(layer, f, g, i, j, k):
-    """Whether the bounds of two rows meet and the lower corner of what they share lies in this cell."""
+    """Return whether two rows' bounds meet and the lower corner of their common part is in this cell.
+
+    Each pair is thus found in one cell only.
+    """
     p, q, bounds = layer.cells[f], layer.cells[g], layer.bounds
     if max(p[0], q[0]) != i or max(p[1], q[1]) != j or max(p[2], q[2]) != k:
         return False
@@ -182,6 +187,7 @@ def _pairs_in_cell(points, layer, even, items, i, j, k, pairs, found):
 
 @kernel
 def _search(points, facets, chosen, grid, limit):
+    """Return the pairs (k, 2) of intersecting facets, unsorted; the search ends after `limit` pairs."""
     order, first, room = _by_layer(points, facets, grid)
     even = even_stars(points, facets)
     layer = Layer(
@@ -216,8 +222,8 @@ def intersecting_pairs(
 ) -> np.ndarray:
     """Return the pairs (k, 2) int64 of `facets` (m, 3) that meet in more than their shared vertices.
 
-    Pairs come sorted, lower facet first. The search ends after `limit` pairs. chosen (m,) bool: only pairs
-    with one of these facets are looked for.
+    Touching counts as meeting (`triangles_intersect`). Pairs come sorted, lower facet first. The search
+    ends after `limit` pairs. chosen (m,) bool: only pairs with one of these facets are looked for.
     """
     facets = np.require(facets, np.int32, ["C", "W"])
     points = np.require(points, np.float64, ["C", "W"])  # kernels would compile again for read-only arrays

@@ -173,6 +173,7 @@ def _meet_beyond_vertex(points, s, p, q, r, t):
 
 @lean_kernel
 def _sectors_meet(points, s, p, q, r, t, i, j):
+    """Return whether the angles p-s-q and r-s-t of coplanar triangles overlap or touch."""
     return (
         _in_sector(points, s, p, q, r, i, j)
         or _in_sector(points, s, p, q, t, i, j)
