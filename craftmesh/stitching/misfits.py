@@ -11,7 +11,9 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, span_of
 from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hint
 
-LOST = 0.01  # fraction of a grain's area; slivers have far less, a wall between two grains has far more
+# Largest fraction of a grain's area in dropped facets; slivers have far less, a wall between two grains far
+# more.
+LOST = 0.01
 MOST_PAIRS = 1000  # limit of the search for intersecting pairs of facets
 # Ratio of grain sizes above which grains that touch no others are taken to be in another unit: about the
 # geometric mean of 10 and 100.
@@ -19,7 +21,7 @@ OTHER_UNIT = 30.0
 
 
 class _Alone(NamedTuple):
-    """Message on grains that touch no others, and whether these are far away or in another unit."""
+    """An error's text on grains that touch no others, and whether they are apart or in another unit."""
 
     words: str
     is_elsewhere: bool
@@ -71,7 +73,10 @@ def refuse_misfits(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) ->
 
 
 def _lone(sides: np.ndarray) -> np.ndarray:
-    """Return grain ids of the first component by shared facets besides the largest; none in one body."""
+    """Return the ids of grains that do not belong to the largest body; none if all are one body.
+
+    Grains that share facets form a body. Of several smaller bodies the first one's grains are returned.
+    """
     ids = np.unique(sides[sides > 0])
     met = np.searchsorted(ids, sides[(sides > 0).all(axis=1)])
     body = joined(len(ids), *met.T)

@@ -14,13 +14,16 @@ GAP = 0.15  # edge lengths: facets of two grains that face each other at a small
 FACING = -0.7  # largest cosine between the normals of facets that face each other
 NEIGHBOURS = 8  # nearest facets by centre that are compared with a facet, itself included
 CROWD = 0.5  # fraction of neighbours that must be faulty too: sharp edges of voids flag single facets
-FLAT_SHELL = 0.01  # volume / (area * edge length) below which a closed shell is not a void
+# Volume of a closed shell, relative to its area times the root of its mean facet area, below which the
+# shell is not a void but two triangulations of one boundary.
+FLAT_SHELL = 0.01
 
 
 def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone: np.ndarray) -> None:
     """Raise CraftmeshError if facets of two grains face each other closely but do not match.
 
     points (n, 3), facets (m, 3), sides (m, 2); alone (k,): indices of facets that no other grain shares.
+    Compared are NEIGHBOURS nearest facets; single facets without a crowd of faulty neighbours are accepted.
     """
     if not len(alone):
         return
@@ -60,7 +63,8 @@ def with_voids(
 
     A void is the space inside a closed shell off the box, with the shell's grains outside. Voids are in the
     order of their shells' lowest points (smallest x, then y, then z). points (n, 3), facets (m, 3), kind
-    (m,): the surface; alone (k,): facets that no other grain shares.
+    (m,): the surface; alone (k,): facets that no other grain shares. Raise CraftmeshError if a closed shell
+    encloses almost no volume.
     """
     if not len(alone):
         return sides, 0

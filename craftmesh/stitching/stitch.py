@@ -36,7 +36,7 @@ FACING_OUT = 0.9  # smallest cosine between an axis and the normal of a facet on
 class _Soup:
     """All grains' facets on shared points, with outward normals, rows sorted by grain id.
 
-    groups: groups of facets with the same corners.
+    A facet between two grains is there twice, once for each; groups: groups of facets with equal corners.
     """
 
     points: np.ndarray
@@ -80,9 +80,10 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
 
 
 def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dict]:
-    """Merge coincident points of all grains, drop collapsed facets and turn inverted grains.
+    """Merge points of all grains within the tolerance, drop collapsed facets, turn inverted grains.
 
-    Return the soup and the report's numbers.
+    Return the soup and the report's numbers of merged points, dropped facets and turned grains. Raise
+    CraftmeshError if a grain loses much of its area.
     """
     ids, parts = np.array(sorted(_ids(grains)), np.int32), list(_distinct(grains))
     shift = np.cumsum([0, *(len(points) for points, _ in parts)])
@@ -175,7 +176,8 @@ def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turne
 def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return for each point (n,) the index of the first point of its cluster.
 
-    tolerance: largest distance between linked points, as a fraction of the diagonal.
+    A cluster consists of points that are linked, directly or through others. tolerance: largest distance
+    between linked points, as a fraction of the diagonal of all points.
     """
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     lowest = np.arange(len(points))
@@ -243,7 +245,11 @@ def _place(soup: _Soup, row: int) -> list[float]:
 def _on_box(
     points: np.ndarray, facets: np.ndarray, sides: np.ndarray, options: StitchOptions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (n, 3) with exact box planes, and the kind (m,) of each facet: 0, or box plane 1..6."""
+    """Return points (n, 3) with exact box planes, and the kind (m,) of each facet: 0, or box plane 1..6.
+
+    A facet without a partner is on a box plane if its corners are within the tolerance of the extreme
+    coordinate and its normal points out of the box.
+    """
     points, kind = points.copy(), np.zeros(len(facets), np.uint8)
     alone = np.flatnonzero(sides[:, 1] == 0)
     reach = options.tolerance * np.linalg.norm(np.ptp(points, axis=0))

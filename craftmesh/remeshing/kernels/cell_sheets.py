@@ -23,8 +23,9 @@ from craftmesh.remeshing.kernels.cell_wedges import cone, cut_tied_wedge, middle
 MAX_FACETS = 256
 LONG_LOOP = 6
 
-# segments (64, 4), link (64, 4); sheets (256, 5): three local points, labels behind and ahead;
-# at: positions of the local points; group, after: component and outgoing segment of each point.
+# segments (64, 4): of the cell, rows as in `cell_faces`; link (64, 4): of one component; sheets (256, 5):
+# three local points, labels behind and ahead; at: positions of the local points; group, after: component
+# and outgoing segment of each point. The others are scratch.
 Scratch = namedtuple(
     "Scratch", "segments link sheets at group after polygon triangles cost split stack used ring across"
 )
@@ -69,6 +70,7 @@ def _find_components(segments, count, group, after):
 
 @lean_kernel
 def _append_polygon(triangles, number, right, left, sheets, count):
+    """Append `number` triangles with the labels `right` behind and `left` ahead; return the new count."""
     for t in range(number):
         for corner in range(3):
             sheets[count, corner] = triangles[t, corner]
@@ -129,9 +131,11 @@ def _span_junction(link, size, scratch, count):
 
 @lean_kernel
 def _span_cone(link, size, new, is_first, scratch, count):
-    """Span a cone from a cell point after wedges are cut off; return facet count and next cell point.
+    """Span a cone from cell point `new` over a link, the segments around the point.
 
-    is_first: the cone is the cell's first, so its point is the cell's centre, not the link's middle.
+    Parts (wedges) of a grain that would touch itself at the point first get cell points of their own.
+    is_first: the cone is the cell's first, so its point is the cell's centre, not the link's middle. Return
+    the new count of facets and the next free cell point.
     """
     at, apex = scratch.at, new
     at[apex] = 0.5

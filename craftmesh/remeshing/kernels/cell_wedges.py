@@ -13,6 +13,7 @@ _MANY = 1000
 
 @lean_kernel
 def _bounds_grain(segment, grain):
+    """Return whether `grain` is a label of the segment."""
     return segment[2] == grain or segment[3] == grain
 
 
@@ -55,7 +56,11 @@ def _is_simple_wedge(across, n):
 
 @kernel
 def _smallest_wedge(link, size, grain, used, ring, across):
-    """Return a grain's wedge count, and length and first segment (or -1) of its shortest simple wedge."""
+    """Return the number of a grain's wedges, and length and first segment of its shortest simple wedge.
+
+    A wedge is simple if each neighbour label lies on one run of its cycle (`_is_simple_wedge`); length:
+    number of segments in the cycle. Without a simple wedge, length and first segment are _MANY and -1.
+    """
     used[:size] = False
     wedges, shortest, start = 0, _MANY, -1
     for s in range(size):
@@ -69,7 +74,10 @@ def _smallest_wedge(link, size, grain, used, ring, across):
 
 @lean_kernel
 def _wedge_to_cut(link, size, used, ring, across):
-    """Return a grain with two or more wedges and the first segment of its shortest; -1, -1 if none."""
+    """Return a grain with two or more wedges and the first segment of its shortest simple one, or -1, -1.
+
+    Of several such grains it is the one with the shortest.
+    """
     best, best_grain, best_start = _MANY, -1, -1
     for first in range(size):
         for column in (2, 3):
@@ -89,7 +97,11 @@ def _wedge_to_cut(link, size, used, ring, across):
 
 @kernel
 def _place_wedge_point(at, new, apex, ring, across, n):
-    """Put point `new` halfway from the cell point to the wedge's middle, on box planes of the wedge."""
+    """Put point `new` halfway from the cell point `apex` to the middle of a wedge with the cycle ring (n,).
+
+    across (n,): labels next to it. If one is a box plane, `new` keeps the cell point's coordinate normal to
+    that plane.
+    """
     at[new] = 0.0
     for i in range(n):
         at[new] += at[ring[i]] / n

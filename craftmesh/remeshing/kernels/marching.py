@@ -80,6 +80,10 @@ def _next_slab(slab_ids):
 
 @kernel
 def _march(ranks, solid, scratch):
+    """Return points (n, 3) and rows (m, 5) of facets: three point ids, rank behind and rank ahead.
+
+    ranks (nx, ny, nz): labels of the padded volume as ranks; solid: mask of the ranks that are grains.
+    """
     nx, ny, nz = ranks.shape
     slab_ids = np.full((3, 3, ny, nz), -1, np.int64)
     points = np.empty((1024, 3))
