@@ -274,7 +274,8 @@ class GrainTets(Frozen):
     """The tetrahedra of one grain, on the points of the Surface that bounds it.
 
     nodes (k,) int64: ids of surface points; interior (p, 3) float64: points added inside; tets (n, 4)
-    int64 of positive volume: id i < k is surface point nodes[i], id k + j is interior point j.
+    int64 of positive volume (not checked): id i < k is surface point nodes[i], id k + j is interior point
+    j.
     """
 
     grain: int

@@ -74,7 +74,10 @@ def is_closed(front: np.ndarray) -> bool:
 
 
 def _within(fronts: Sequence[np.ndarray], plane: Plane) -> shapely.Polygon:
-    """Return the area within the largest of closed fronts, minus the areas within the others."""
+    """Return the area in (u, v) within the largest of closed fronts, minus the areas within the others.
+
+    Raise CraftmeshError if a front crosses itself or the fronts bound several areas.
+    """
     rings = [shapely.Polygon(plane.of(front)[:, :2]) for front in fronts]
     if any(not ring.is_valid for ring in rings):
         raise CraftmeshError("the crack's front crosses itself; expected a front without crossings")
@@ -87,7 +90,10 @@ def _within(fronts: Sequence[np.ndarray], plane: Plane) -> shapely.Polygon:
 
 
 def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Polygon:
-    """Return the hull in (u, v) of the box's sections at the plane and at the extreme heights over it."""
+    """Return the convex hull in (u, v) of sections of the box: at the plane and at the extreme `heights`.
+
+    Raise CraftmeshError if none of these sections cuts the box.
+    """
     corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     ends = [(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]
     a, b = (plane.of(corner[[end[k] for end in ends]]) for k in range(2))

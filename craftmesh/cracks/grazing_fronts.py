@@ -80,7 +80,11 @@ def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _F
 
 
 def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> np.ndarray:
-    """Return a mask (k - 1,) of the edges of a front line (k, 3) in stretches that graze the face."""
+    """Return a mask (k - 1,) of the edges of a front line (k, 3) in stretches that graze the face.
+
+    Such a stretch is longer than GRAZING l_min and within 2 PREPARATION.front l_min of the face, measured
+    along the crack. ways (k - 1, 3): from `_ways`.
+    """
     length = np.linalg.norm(np.diff(line, axis=0), axis=1)
     times = np.maximum(np.ceil(length / (STEP * l_min)), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(length)), times)

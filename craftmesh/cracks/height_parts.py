@@ -203,7 +203,7 @@ class Kinks(NamedTuple):
 
 
 def kinks_of(points: np.ndarray, triangles: np.ndarray) -> Kinks:
-    """Return the kinks of a surface."""
+    """Return the kinks of triangles (m, 3), and the parts between them; flat triangles make no kinks."""
     edges, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)

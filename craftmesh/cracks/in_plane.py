@@ -123,7 +123,7 @@ def _ids_of(uv: np.ndarray, candidates: np.ndarray, coordinates: np.ndarray) -> 
 
 
 def with_room(patch: Planar, points: int) -> Planar:
-    """Return a copy of the patch with spare rows for `points` more points, and two triangles for each."""
+    """Return a copy of a triangulation with spare rows for `points` points, and two triangles for each."""
     used_points, used_triangles = patch.used
     return Planar(
         _padded(patch.uv[:used_points], points, 0.0),

@@ -188,7 +188,7 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
 
 
 def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack | None:
-    """Return two surfaces as one, or None if they are not to be merged."""
+    """Return two surfaces as one; None unless they nearly touch, or overlap at a gap of at most `reach`."""
     pair = sheet_pair(first, second, reach)
     if pair is None:
         return None

@@ -8,7 +8,10 @@ from typing import NamedTuple
 
 
 class Off(NamedTuple):
-    """Largest distances from the given crack, in smallest target lengths: facet samples and front nodes."""
+    """Largest distances of facet samples and front nodes from the given crack.
+
+    The unit is the smallest target length.
+    """
 
     facets: float
     front: float

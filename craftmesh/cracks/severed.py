@@ -45,7 +45,7 @@ def piece_cut_off(voxels: Voxels, crack: Crack) -> PieceOff | None:
 
 
 def _links(solid: np.ndarray) -> list[np.ndarray]:
-    """Return a mask per axis, shaped like the volume: voxel and next voxel along the axis are solid."""
+    """Return a mask (nx, ny, nz) per axis, True where a voxel and the next one along the axis are solid."""
     links = []
     for axis in range(3):
         held = solid & np.roll(solid, -1, axis)
@@ -63,13 +63,16 @@ def _pieces(solid: np.ndarray, links: list[np.ndarray]) -> np.ndarray:
 
 
 def _crossed(voxels: Voxels, crack: Crack) -> list[np.ndarray]:
-    """Return a mask per axis: the crack crosses the line from a voxel's centre to the next one's."""
+    """Return a mask (nx, ny, nz) per axis: the crack crosses the line to the next voxel's centre."""
     places = (crack.points - voxels.origin) / voxels.spacing - 0.5 + ASIDE
     return [_crossed_along(axis, places[crack.triangles], voxels.labels.shape) for axis in range(3)]
 
 
 def _crossed_along(axis: int, corners: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return a mask (nx, ny, nz): triangles (m, 3, 3), in voxels, cross the lattice edge along an axis."""
+    """Return a mask (nx, ny, nz), True where triangles (m, 3, 3) cross the line to the next voxel's centre.
+
+    corners: of the triangles, in voxels, with voxel centres at whole numbers; axis: direction of the lines.
+    """
     crossed = np.zeros(shape, bool)
     across = [k for k in range(3) if k != axis]
     flat = corners[..., across]

@@ -193,7 +193,10 @@ def _refuse_no_crack(corners: np.ndarray, fronts: Sequence[np.ndarray] | None, b
 def _split_at_box(
     points: np.ndarray, triangles: np.ndarray, loops: list[np.ndarray], box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Split boundary edges where they cross box planes; the new points lie exactly on the planes."""
+    """Return points, triangles and loops with boundary edges split where they cross box planes.
+
+    The new points lie exactly on the planes.
+    """
     places, rings = list(points), []
     for loop in loops:
         ring: list[int] = []
@@ -252,7 +255,7 @@ def _fronts_within(
 
 
 def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: Sequence[np.ndarray]) -> np.ndarray:
-    """Return a mask (k,) of edges a-b along the wanted polylines: middles within ALONG of their length."""
+    """Return a mask (k,) of edges a-b whose middles lie within ALONG edge lengths of a wanted polyline."""
     middle = (points[a] + points[b]) / 2
     length = np.linalg.norm(points[b] - points[a], axis=1)
     nearest = np.full(len(a), np.inf)

@@ -80,6 +80,9 @@ def area_off(area: float, given: float, segments: float, unit: float) -> float:
 
 
 def segments_of(chords: np.ndarray, off: np.ndarray) -> float:
-    """Return the area between a front and its chords (k, 2, 3); their middles are `off` (k,) from it."""
+    """Return the area between a front and its chords (k, 2, 3), as if each piece of it were a parabola.
+
+    off (k,): distances of the chords' middles from the front.
+    """
     length = np.linalg.norm(chords[:, 1] - chords[:, 0], axis=1)
     return float((2 / 3 * length * off).sum()) if len(chords) else 0.0

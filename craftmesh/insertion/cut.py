@@ -63,8 +63,8 @@ def split_edges(
 ) -> CutSurface:
     """Split each edge (k, 2), lower id first, at its row of new_points (k, 3); new ids follow the old ones.
 
-    Every facet at a split edge is subdivided. The new points have psi = 0, an unknown phi, and sizes `size`
-    (k,).
+    Every facet at a split edge is subdivided. The new points lie on the crack (psi = 0), at an unknown
+    distance from its front (phi), and have the local sizes `size` (k,).
     """
     count = len(surface.points)
     points = np.concatenate([surface.points, new_points])
@@ -155,7 +155,7 @@ def trace_edges(surface: CutSurface) -> np.ndarray:
 
 
 def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Fill in phi at points on the crack that have none yet."""
+    """Return the surface with phi (the distance inside the front) filled in at points on the crack."""
     rows = np.flatnonzero((surface.psi == 0) & np.isnan(surface.phi))
     phi = surface.phi.copy()
     phi[rows] = sheet.rim.inside(sheet.uv(surface.points[rows]))

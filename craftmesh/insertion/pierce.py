@@ -66,7 +66,10 @@ def _at_corner(surface: CutSurface, sheet: Sheet, corner: np.ndarray) -> CutSurf
 
 
 def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Split trace edges where they meet the front; new points have phi = 0, a front number and an arc."""
+    """Split trace edges where they meet the front; new points get phi = 0, front number and arc length.
+
+    Raise CraftmeshError if ROUNDS passes do not suffice, because an edge crosses the front too often.
+    """
     for _ in range(ROUNDS):
         surface = _touch(with_phi(surface, sheet), sheet)
         edges = trace_edges(surface)
@@ -119,7 +122,7 @@ def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> Cu
 
 
 def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of edges that cross the front, and the position (0 to 1) of each first crossing."""
+    """Return the rows of edges that cross the front, and positions (0 to 1) of first crossings on them."""
     if not len(edges):
         return np.zeros(0, np.int64), np.zeros(0)
     at_end = _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)[edges]
@@ -151,7 +154,7 @@ def _end_reach(sheet: Sheet) -> float:
 def _past_front_ends(
     surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of edges that leave the crack past an end of its front, and positions (0 to 1) there.
+    """Return the rows of edges that leave the crack past a front end, and positions (0 to 1) on them there.
 
     Such an edge on the box is a chord of the mouth. Past the end of the front, it leaves through the part
     of the crack's domain that was extended out of the box. crossed (j,): rows that already cross the front.
@@ -176,9 +179,9 @@ def _rim_crossings(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the crossings of edges and rim: edge rows, positions (0 to 1) along edges, points in (u, v).
 
-    Crossings at an end of the edge are dropped, and grazing ones of edges between two front points. at_end
-    (k, 2): mask of edge ends that count as the end of a front; a crossing near it is that end, not a second
-    crossing.
+    Crossings at an end of the edge are dropped, and those at a sine below GRAZING of edges between two
+    front points. at_end (k, 2): mask of edge ends that count as the end of a front; a crossing near such an
+    end is that end, not a second crossing.
     """
     start, end = sheet.uv(surface.points[edges[:, 0]]), sheet.uv(surface.points[edges[:, 1]])
     row, segment = sheet.rim.tree.query(shapely.linestrings(np.stack([start, end], axis=1)), "intersects")
@@ -200,9 +203,10 @@ def _rim_crossings(
 
 
 def _at_same_end(surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossings: np.ndarray) -> np.ndarray:
-    """Return a mask (k, 2) of ends of edges (k, 2) at the front's end nearest to their crossing (k, 2).
+    """Return a mask (k, 2) of ends of edges (k, 2) that are near the edge's crossing, along one front.
 
-    Both ends of a short mouth may be near, and an edge from one end then crosses the front at the other.
+    crossings (k, 2): in u and v; near: within END local sizes. At a short mouth both ends of a front are
+    near each other, and an edge from one of them may cross the front at the other.
     """
     _, number, arc = sheet.rim.nearest_front(crossings)
     along = np.abs(arc[:, None] - surface.arc[edges])
@@ -280,7 +284,10 @@ def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndar
 
 
 def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndarray:
-    """Return the front end nearest to each point, on its box plane; NaN if that end is not on the plane."""
+    """Return for each point (n, 3) the nearest end of a front, exactly on the point's box planes.
+
+    planes (n, 3): mask of the coordinates that box planes hold. NaN if that end is not on these planes.
+    """
     ends = [curve.points[[0, -1]] for curve in sheet.rim.curves if not curve.closed]
     result = np.full(points.shape, np.nan)
     if not len(ends) or not len(points):

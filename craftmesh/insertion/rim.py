@@ -63,7 +63,10 @@ class Rim:
         return start + share[:, None] * step, self.front_number[nearest], arc
 
     def corners(self, front: int) -> np.ndarray:
-        """Return arc lengths (k,) of a front's corners, without the ends of an open front."""
+        """Return arc lengths (k,) of a front's corners: turns over 20 degrees, and points that keep a node.
+
+        The ends of an open front are left out.
+        """
         curve = self.curves[front]
         step = np.diff(curve.points, axis=0)
         step /= np.linalg.norm(step, axis=1)[:, None]

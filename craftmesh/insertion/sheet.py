@@ -60,7 +60,7 @@ class Sheet:
         return height + np.einsum("ij,ij->i", self._slope_at(cell, weight, step), step)
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
-        """Return the gradient (n, 3) of psi at points (n, 3); it has length 1 on a planar crack."""
+        """Return the gradient (n, 3) of the offset psi at points (n, 3); its length is 1 if planar."""
         if self.planar:
             return np.tile(self.frame[2], (len(points), 1))
         return self.frame[2] - self._slope_at(*self._feet(self.uv(points))) @ self.frame[:2]
@@ -140,7 +140,11 @@ class Sheet:
 
 
 def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> Sheet:
-    """Return `crack` as a Sheet in the box (2, 3); planar cracks are exact. held: as in rim_of."""
+    """Return `crack` as a Sheet in the box (2, 3); planar cracks are exact.
+
+    held (k, 3): points of its fronts that keep a node. Not checked: the crack must be single-valued over
+    its best-fit plane.
+    """
     box = np.asarray(box, float)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     frame = best_fit_frame(points, triangles)

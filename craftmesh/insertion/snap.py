@@ -160,7 +160,10 @@ def _crack_normals(surface: CutSurface) -> np.ndarray:
 
 
 def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of points `rows` whose targets (k, 3) lie off an earlier crack or its front."""
+    """Return a mask (k,) of points `rows` whose targets (k, 3) lie too far off an earlier crack or front.
+
+    The allowed distances are LATER_CRACKS times the local size.
+    """
     step = targets - surface.points[rows]
     off = np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows])) / LATER_CRACKS.facets
     times = np.maximum(off, _off_front(surface, rows, targets) / LATER_CRACKS.front)

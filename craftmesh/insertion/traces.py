@@ -180,7 +180,10 @@ def settle_chords(
 
 
 def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeAt) -> np.ndarray:
-    """Return a mask (k,) of edges between neighbouring front points: too long or too far from the front."""
+    """Return a mask (k,) of edges between neighbouring front points that are too long or too far from it.
+
+    The limits are LONGEST and FRONT_EDGES target sizes.
+    """
     off = np.zeros(len(chords), bool)
     front, start, end = stretches(surface, sheet, chords)
     for number in np.unique(front).tolist():

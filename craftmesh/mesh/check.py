@@ -9,7 +9,7 @@ from craftmesh.types import Crack, Surface, TetMesh, Voxels
 
 @typed
 def check(thing: Voxels | Crack | Surface | TetMesh) -> list[str]:
-    """Return a sentence for each broken invariant of a volume, crack, surface or mesh."""
+    """Return a sentence for each broken invariant of a volume, crack, surface or mesh; [] for none."""
     if isinstance(thing, Voxels):
         return [] if (thing.labels > 0).any() else ["no voxel belongs to a grain; expected labels > 0"]
     if isinstance(thing, Crack):

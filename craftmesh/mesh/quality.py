@@ -105,7 +105,10 @@ def _percent(chosen: np.ndarray) -> float:
 
 
 def _histogram(values: np.ndarray, edges: tuple) -> dict:
-    """Count values per bin [edge, next edge); an infinite last edge is written as null."""
+    """Return the `counts` of values per bin [edge, next edge), and the `edges`; an infinite edge is None.
+
+    Values beyond the edges count in the first or last bin.
+    """
     place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     named = [None if np.isinf(edge) else edge for edge in edges]
     return {"edges": named, "counts": np.bincount(place, minlength=len(edges) - 1).tolist()}

@@ -61,7 +61,7 @@ def _to_face(
     face: Face,
     sizing: Sizing,
 ) -> Lengths:
-    """Return lengths from the distance to a face: at the crack's triangles, and along its lines."""
+    """Return places on the crack's triangles and lines, and lengths there by their distances to a face."""
     axis, upper = face
     slab = box.copy()
     slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH

@@ -34,7 +34,10 @@ def arrays_of(sizing: Sizing) -> dict[str, np.ndarray]:
 
 
 def sizing_of(arrays: Mapping[str, np.ndarray]) -> Sizing:
-    """Return the sizing function of arrays from `arrays_of`; raise CraftmeshError if they are invalid."""
+    """Return the sizing function of arrays from `arrays_of`; raise CraftmeshError for invalid numbers.
+
+    Not checked: all arrays must be there.
+    """
     cuts = np.cumsum(arrays["field_counts"])[:-1]
     points = np.split(arrays["field_points"], cuts)
     lengths = np.split(arrays["field_lengths"], cuts)

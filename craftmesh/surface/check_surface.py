@@ -49,7 +49,7 @@ def _some(labels: np.ndarray) -> str:
 
 
 def _facets_breach(surface: Surface, bad: np.ndarray, what: str) -> list[str]:
-    """Return a sentence that the facets marked in `bad` (m,) have the fault `what`, or nothing."""
+    """Return a list with a sentence that the facets in the mask `bad` (m,) have the fault `what`, or []."""
     if not bad.any():
         return []
     place = _at(surface.points[surface.facets[bad.argmax()]].mean(axis=0))

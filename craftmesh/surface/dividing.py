@@ -12,10 +12,10 @@ AT_END = 0.1
 
 
 class Divided(NamedTuple):
-    """Facets split where something crosses them.
+    """Facets split where a dividing surface, such as a sphere or a plane, crosses them.
 
-    points (n, 3), new ones last; side (n,): sign of each point's side, 0 at crossings; facets (m, 3);
-    parent (m,): row of the original facet; ends (k, 2): end points of the split edges.
+    points (n, 3), new ones last; side (n,): < 0 or > 0 for points on either side of it, 0 at crossings;
+    facets (m, 3); parent (m,): row of the original facet; ends (k, 2): end points of the split edges.
     """
 
     points: np.ndarray
@@ -32,10 +32,11 @@ def divided_at(
     edges: np.ndarray,
     share: np.ndarray,
 ) -> Divided:
-    """Return facets (m, 3) with edges (k, 2) split where something crosses them.
+    """Return facets (m, 3) with edges (k, 2) split where a dividing surface crosses them.
 
-    side (n,): < 0 or > 0 for points on either side of it; share (k,): position of the crossing, from 0 to
-    1, NaN without one. A crossing within AT_END of an end is moved to that end and splits nothing.
+    side (n,): < 0 or > 0 for points on either side of it; share (k,): position of the crossing on the edge,
+    from 0 to 1, NaN without one. A crossing within AT_END of an end of the edge is moved to that end and
+    splits nothing.
     """
     side = side.copy()
     side[edges[share < AT_END, 0]] = 0

@@ -8,7 +8,7 @@ from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 
 @kernel
 def around_points(points, facets, lists):
-    """Return a third of the area (n,) of the facets at each point, and the mean (n,) of its edges."""
+    """Return a third of the facets' area (n,) at each point, and the mean length (n,) of its edges."""
     area, edge = np.zeros(len(points)), np.zeros(len(points))
     for v in range(len(points)):
         count, corner = 0, lists[0][v]

@@ -21,7 +21,7 @@ WIDER = 1.25
 
 @kernel
 def _extents(points, facets):
-    """Return the largest extents (m,) of facets, and the bounds (3,) of all."""
+    """Return the largest extent (m,) of each facet along an axis, and the bounding box of all facets."""
     extent, least, most = np.zeros(len(facets)), np.full(3, np.inf), np.full(3, -np.inf)
     for f in range(len(facets)):
         for k in range(3):
@@ -68,7 +68,7 @@ def _share_even_star(facets, f, g, even):
 
 @lean_kernel
 def _set_box(points, facets, f, grid, bounds, cells, row):
-    """Fill a row of bounds, and of the first and last cells, of facet f."""
+    """Write the bounds of facet f, and its first and last cells, into a row of `bounds` and `cells`."""
     for k in range(3):
         a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
         bounds[row, k] = min(a, b, c)
@@ -98,7 +98,7 @@ def _near_chosen(points, facets, chosen, grid):
 
 @lean_kernel
 def _enter(points, facets, chosen, grid, layer, row):
-    """Fill the row of a layer whose id is set."""
+    """Fill a row of the layer from the facet whose id stands in it."""
     f = layer.ids[row]
     layer.chosen[row] = chosen[f]
     for k in range(3):
