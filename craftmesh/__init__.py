@@ -12,7 +12,7 @@ from typing import Any
 from craftmesh.bytecode import keep_bytecode_whole
 
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-# name -> module
+# public name -> module that defines it
 _EXPORTS = {name: module for module, name in re.findall(r"^from (\S+) import (\w+) as \2$", _STUB, re.M)}
 __all__ = list(_EXPORTS)
 

@@ -13,7 +13,9 @@ from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES
 
 MARGIN = 0.05  # distance by which the crack's surface extends past the box, in box diagonals
-REACH = 0.1  # largest distance of an open front's end from the box, in front lengths; it is extended to it
+# Largest distance of an open front's end from the box, relative to the front's length; the front is then
+# extended to the box.
+REACH = 0.1
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,11 @@ from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hin
 
 # Allowed ratio of cloud to front size: below, most of the crack is guessed; above, units or objects differ.
 LEAST, MOST = 0.3, 30.0
-BESIDE = 0.25  # largest gap between cloud and front, in front diagonals; above, their positions differ
+BESIDE = 0.25  # largest gap between cloud and front, in diagonals of the front's bounding box
 NEIGHBOURS = 12  # nearest points to which a plane is fitted for the scatter
-SAMPLED = 2000  # points at which the scatter is measured, about
-SCATTERS = 3.0  # largest error of a fit, in scatters; noise alone gives 1, so more means another shape
+SAMPLED = 2000  # approximate number of points at which the scatter is measured
+# Largest error of a fit relative to the points' scatter; noise alone gives 1, so more means another shape.
+SCATTERS = 3.0
 # Largest error of a fit, in voxel edges: half a diagonal (0.9) if the layer is one voxel thick, twice that
 # if it is thicker.
 VOXELS = 2.0

@@ -10,8 +10,9 @@ from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, w
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack
 
-# Smallest length, in l_min, of a front stretch within twice PREPARATION.front of a face that counts as
-# grazing it: the angle is then below 7 degrees. Shorter stretches cross the face or touch it.
+# Smallest length, in l_min, of a front stretch that grazes a face. The stretch lies within 2
+# PREPARATION.front l_min of the face, so its angle to the face is below 7 degrees. Shorter stretches cross
+# or touch the face.
 GRAZING = 0.3
 STEP = 0.1  # length of edges along a moved stretch, in l_min
 

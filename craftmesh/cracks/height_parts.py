@@ -115,7 +115,8 @@ def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) ->
     return points[triangles[a[over]]].mean(axis=0)
 
 
-# Degrees between neighbours at which a folded surface is split; the parts represent the kink exactly.
+# Angle in degrees between neighbouring triangles from which on a folded surface is split between them; the
+# parts represent the kink exactly.
 KINK = 30.0
 # Degrees: a kink this sharp splits a single-valued surface too; a single part would cut the kink off.
 SHARP = 65.0

@@ -25,7 +25,7 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.rounding import ON_PLANE, ROUNDING
 
 PER_TRIANGLE = 2.0  # measured points per triangle at the default spacing: four per unknown height
-ACROSS_FRONT = 40  # edges along the fronts at the default spacing, if there are no measured points
+ACROSS_FRONT = 40  # number of edges along the fronts at the default spacing, without measured points
 MOST_TRIANGLES = 400_000  # largest surface that is fitted; it takes a minute of one core
 
 

@@ -17,12 +17,12 @@ NEAR = 0.2  # smallest distance, in l_min, between a face and a crack part at le
 # Smallest angle, in degrees, between a crack and a nearby box face. A tet is flat under 5 degrees, and tets
 # in the second row of a wedge are flatter than the wedge.
 FLATTEST = 6.0
-ALONG = np.sin(np.radians(FLATTEST))  # sine of that angle; below it a crack lies along a face
+ALONG = np.sin(np.radians(FLATTEST))  # sine of the angle to a face below which a crack lies along the face
 LEAST_AREA = 1.0  # smallest area along a face that is rejected, in l_min squared: about two facets
 # Smallest distance, in l_min, of fronts, kinks and mouths from a face; nearer ones leave flat tets.
 LIGAMENT = 0.1
-# Length, in l_min, of such a line from which on it is rejected; circles of radius 80 l_min run along a face
-# for less.
+# Largest length, in l_min, of fronts, kinks and mouths nearer than LIGAMENT to a face; circles of radius 80
+# l_min are so near over less.
 LENGTH = 8.0
 
 

@@ -8,11 +8,11 @@ from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, joi
 from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
-# Height of a triangle, in longest edges, below which its normal is not reliable (float32 files).
+# Height of a triangle relative to its longest edge, below which its normal is not reliable (float32 files).
 SLIVER = 1e-4
 ROUNDS = 20  # most passes of sliver removal; chosen by hand, more than a row of points should need
-# Distance between a surface's two sides, in its smaller widths, below which it is a thin shell. Measured:
-# 0.37 in ten voxels by three, 0.53 in an ellipsoid 2.5 times as wide as thick, 1.2 in a cube.
+# Distance between a surface's two sides, relative to its smaller width, below which it is a thin shell.
+# Measured: 0.37 in ten voxels by three, 0.53 in an ellipsoid 2.5 times as wide as thick, 1.2 in a cube.
 THIN = 0.4
 # Number of lines through a surface that test for a thin shell; a fraction of 0.5 of them is then known to
 # within 0.04.

@@ -27,8 +27,8 @@ INSERTION = Off(facets=0.105, front=0.0015)
 # Share of later cracks: inserting one moves points of an earlier crack along that crack.
 LATER_CRACKS = Off(facets=0.005, front=0.0005)
 # Share of the gradation: a new facet may be as far off as any sample of the facets that it replaces. At
-# middles of edges and facets that adds up to 0.015 (seed 103 of the random cracks). The front's curve is
-# replaced by segments.
+# middles of edges and facets, this adds up to 0.015 in the worst of the random cracks (seed 103). The
+# front's curve is replaced by segments.
 GRADATION = Off(facets=0.015, front=0.0005)
 # Share of the tetrahedra: with ten times as much, tetrahedra get no better.
 TETRAHEDRA = Off(facets=0.005, front=0.0)

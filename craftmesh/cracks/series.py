@@ -15,7 +15,7 @@ from craftmesh.surface.measure import total_area
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Crack
 
-SAGITTA = 1e-5  # largest distance of the front from its chords, in radii or smaller semi-axes
+SAGITTA = 1e-5  # largest distance of the front from its chords, relative to its smaller semi-axis
 
 
 @typed

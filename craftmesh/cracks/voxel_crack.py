@@ -15,8 +15,8 @@ from craftmesh.errors import CraftmeshError
 DISC = 0.95
 STEP = 0.25  # spacing of the outline's points, in voxel edges
 SMOOTH = 1.5  # standard deviation of the filter that removes the outline's steps, in voxel edges
-SPACING = 2.0  # default edge length of the surface, in voxel edges; a shorter one would follow their steps
-SPECK = 0.1  # smallest piece, in sizes of the largest; smaller ones are noise of a segmentation
+SPACING = 2.0  # default edge length of the surface, in voxel edges; shorter edges would follow voxel steps
+SPECK = 0.1  # smallest size of a piece relative to the largest; smaller ones are noise of a segmentation
 
 
 def crack_through_voxels(

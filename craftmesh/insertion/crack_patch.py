@@ -20,13 +20,14 @@ from craftmesh.surface.patches import patches
 from craftmesh.types import Surface
 
 PARTINGS = 8  # most passes of splitting crack facets that meet a grain boundary next to their trace
-# Smallest distance of a new point from others, in smallest target lengths and in its facet's longest edges;
-# both must hold.
+# Smallest distance of a new point from others: SPACING smallest target lengths, and APART times the longest
+# edge of the point's facet.
 SPACING, APART = 0.25, 0.2
-TIGHTEST = 0.12  # smallest distance where facets meet a grain boundary, in smallest target lengths
-CLEAR = 0.5  # smallest distance of a new point from fixed edges, in its smallest distance from points
-# Distance, in a facet's longest edges, within which its new point moves to a corner of the given crack.
-# This saves rough cracks a third of their facets.
+# The same in smallest target lengths, for points where crack facets meet a grain boundary.
+TIGHTEST = 0.12
+CLEAR = 0.5  # smallest distance of a new point from fixed edges, relative to that from other points
+# Distance, relative to a facet's longest edge, within which its new point moves to a corner of the given
+# crack. This saves rough cracks a third of their facets.
 NEAR_CORNER = 0.35
 PARTS = 4  # intervals per edge of the lattice on which a facet's distance from the crack is sampled
 

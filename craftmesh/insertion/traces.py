@@ -29,7 +29,7 @@ from craftmesh.types import Surface
 # target lengths. OFF would allow much more where the crack meets the face at a small angle.
 BESIDE = 0.04
 FARTHEST = 0.3  # largest move of an edge's new point onto the crack, in lengths of the edge
-FARTHEST_ON_BOX = 1.0  # the same within a box face, which cannot move itself; mouths may have sharp kinks
+FARTHEST_ON_BOX = 1.0  # the same for moves within a box face, where mouths may have sharp kinks
 CONTACT = 0.1  # distance, in smallest target lengths, below which a boundary along the crack moves onto it
 # Ratio of the straight distance to the distance within a boundary below which crack and boundary graze.
 GRAZING = 0.25
@@ -131,8 +131,8 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
     return edges[chosen], normal[chosen], held[chosen]
 
 
-ALONG = 0.1  # distance from the front, in edge lengths, within which a trace edge runs along it
-# The same for edges of facets that lie in the crack. It is larger, because the front has to bound these.
+ALONG = 0.1  # largest distance, in edge lengths, of a trace edge from the front along which it runs
+# As ALONG, for edges of facets that lie in the crack. It is larger, because the front has to bound these.
 ALONG_FLAT = 0.5
 ROUNDS = 10  # most bisections of edges along the front; each reduces their distance from it to a quarter
 # Smallest distance of a front corner from the ends of an edge's stretch, in lengths of the stretch, for a

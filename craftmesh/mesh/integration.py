@@ -29,8 +29,8 @@ _CORNER_SLOPES = np.concatenate([-np.ones((1, 3)), np.eye(3)])
 # Number of points in C3D10: 4 as in Abaqus and CalculiX; with 14, K_I is 0.4 % larger and less noisy, and
 # elements with quarter points carry uniform strain exactly.
 DECK_RULE, FULL_RULE = 4, 14
-# Radon's rule of 7 points on a triangle, degree 5: of each orbit of three points the coordinate that two
-# corners share and the weight; then the centre's weight.
+# Radon's rule of 7 points on a triangle, exact to degree 5: for each orbit of three points, the barycentric
+# coordinate that occurs twice, and the weight; then the weight of the centre.
 _TRIANGLE, _CENTRE_WEIGHT = (
     ((0.47014206410511505, 0.13239415278850616), (0.10128650732345633, 0.12593918054482717)),
     0.225,
@@ -172,7 +172,8 @@ def face_points(nodes: np.ndarray, rule: tuple[np.ndarray, np.ndarray] | None = 
         middles = 4 * (areas[:, ahead, None] * turns + areas[:, :, None] * turns[ahead])
         slope = np.concatenate([(4 * areas - 1)[:, :, None] * turns, middles], axis=1)
     u, v = (slope[:, :, k] @ nodes for k in range(2))
-    return FacePoints(value, value @ nodes, -weights[:, None] * np.cross(u, v))  # inward by FACE_CORNERS
+    # minus, because the order of FACE_CORNERS gives inward normals
+    return FacePoints(value, value @ nodes, -weights[:, None] * np.cross(u, v))
 
 
 def corner_shares(corners: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -27,7 +27,8 @@ class Lengths(Protocol):
 
 # Growth per distance of lengths from curvature and clearance, if options.gradation gives no limit.
 FREE_GROWTH = 0.5
-# Largest growth per distance of all other lengths without such a limit: edges at most double to the next.
+# Largest growth per distance of lengths by Eq. 3, if options.gradation gives no limit: an edge is at most
+# twice as long as its neighbour.
 STEEPEST = 1.0
 
 

@@ -36,8 +36,8 @@ SETTLING = MoveBounds(turn=80.0, quality=0.02)
 # Bounds for a gradated surface: a needle below 15.7 degrees or a cap above 135 gets no worse. With a
 # quality of 0.2, facets of 10 degrees were left where the tolerances are wide.
 RESTORING = MoveBounds(quality=0.45)
-# Attempts that hold only the farthest-moving point of each bad facet; later ones hold all its points, then
-# rings of facets around it.
+# Number of first attempts that hold only the farthest-moving point of each bad facet; later attempts hold
+# all its points, then rings of facets around it.
 PATIENCE = 3
 
 

@@ -19,7 +19,7 @@ from craftmesh.types import Surface
 
 # Largest move of a vertex in one correction, relative to the mean length of its edges.
 STEP = 0.3
-# Largest relative error of a grain's volume, and most corrections.
+# Relative error of the volumes from which on they are corrected, and most corrections.
 TOLERANCE, ROUNDS = 5e-4, 8
 # Regularisation, relative to the diagonal: the system is singular if the grains fill a box of fixed volume.
 DAMPING = 1e-9

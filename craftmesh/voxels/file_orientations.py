@@ -42,8 +42,8 @@ _MIXED_UP = 1.0  # degrees, largest difference between two tables of a file; flo
 _MIXED_ANGLES = 15.0  # degrees, spread within a grain above which its mean is questionable
 
 _TURN = 2 * np.pi * (1 + 1e-4)  # 2 pi with a margin, as float32 and files of four decimals round it up
-# Largest fraction of rows in degrees with all three angles under 2 pi. Of random rotations it is one in a
-# million, of sharp textures few.
+# Largest fraction of rows in degrees with all three angles under 2 pi. Among random rotations it is one in
+# a million; sharp textures have few such rows.
 _SMALL_SHARE = 0.01
 _UNINDEXED = 4 * np.pi  # value of all three angles of a point that OIM did not index
 

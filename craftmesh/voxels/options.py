@@ -9,7 +9,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
-SMALLEST_RADIUS = 1.5  # voxels, of voids and embedded grains; cleaning may absorb smaller ones
+SMALLEST_RADIUS = 1.5  # voxels, smallest radius of voids and embedded grains; cleaning may absorb others
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from craftmesh.surface.kernels.triangles import triangles_intersect
 # the first and last cells (k, 6) of these bounds; the facets' ids (k,); and a mask (k,) of the facets with
 # which pairs are looked for.
 Layer = namedtuple("Layer", "facets bounds cells ids chosen")
-# Most cells of the grid: this number per facet, plus a constant.
+# Most cells of the grid: CELLS_PER_FACET per facet, plus MORE_CELLS.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
 # Cells grow by this factor until they are few enough.
 WIDER = 1.25
