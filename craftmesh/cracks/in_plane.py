@@ -149,7 +149,7 @@ def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Plan
     back = directed[:, 1] * stride + directed[:, 0]
     order = np.argsort(key)
     if (np.diff(key[order]) == 0).any():
-        raise CraftmeshError("the crack's triangulation overlaps itself; move the crack a little")
+        raise CraftmeshError("the crack's facets would overlap each other; move the crack a little")
     slot = np.minimum(np.searchsorted(key, back, sorter=order), len(key) - 1)
     across = np.where(key[order[slot]] == back, order[slot] // 3, -1).reshape(-1, 3)
     wanted = np.sort(segments, axis=1) @ np.array([stride, 1])
@@ -173,13 +173,13 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
             t = _holding(patch, patch.uv[point])
         if t < 0 or planar.insert_point(patch, t, point) == planar.BLOCKED:
             raise CraftmeshError(
-                f"a trace point at (u, v) = {told(patch.uv[point])} lies outside the crack; move the "
-                "crack a little"
+                f"a point where the crack meets a boundary, (u, v) = {told(patch.uv[point])} in its plane, "
+                "lies outside the crack; move the crack a little"
             )
     for a, b in missing:
         if not planar.recover_edge(patch, a, b):
             raise CraftmeshError(
-                f"a trace edge at (u, v) = {told(patch.uv[a])} crosses another one; move the crack a little"
+                f"the crack's lines on boundaries cross near (u, v) = {told(patch.uv[a])}; move the crack"
             )
         _fix_edge(patch, a, b)
 

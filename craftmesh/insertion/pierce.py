@@ -81,7 +81,7 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
             return surface
         surface = _split_at_front(surface, sheet, edges[row], fraction)
     raise CraftmeshError(
-        "a trace crosses the crack front too often; smooth the front or move the crack a little"
+        "the crack's line on a boundary crosses its front too often; smooth the front, or move the crack"
     )
 
 

@@ -212,7 +212,7 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
         rows = groups.order[slice(*groups.first[crowded[0] : crowded[0] + 2])]
         raise CraftmeshError(
             f"grains {grain_names(soup.grain[rows])} share one facet near {_place(soup, rows[0])}; "
-            "expected two at most"
+            "expected at most two: leave out the overlapping grains"
         )
     same_way = pairs[same_turn(*soup.facets[pairs.T])]
     if len(same_way):
