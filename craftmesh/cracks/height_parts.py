@@ -131,10 +131,10 @@ def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[Part],
     """Return a surface split into parts that are single-valued over their planes, and a message or ''.
 
     A single-valued surface without a kink of SHARP degrees stays one part. Any other is split along kinks
-    between KINK and SHARPEST degrees. Parts that fold smoothly, as a bowl or a roll does, are bisected
-    until they are single-valued. A surface that folds stays whole, with a message on where it folds, if it
-    has a kink over SHARPEST or would need over MOST_PARTS parts. A single-valued one also stays whole if a
-    part would fold or be a sliver (under LEAST_PART of the area).
+    of KINK degrees or more. Parts that fold smoothly, as a bowl or a roll does, are bisected until they are
+    single-valued. A surface with a kink over SHARPEST, or that would need over MOST_PARTS parts, stays
+    whole, with a message on where it folds if it does. A single-valued one also stays whole if a part would
+    fold or be a sliver (under LEAST_PART of the area).
     """
     whole = [(points, triangles)]
     fault = fold_of(points, triangles)

@@ -188,7 +188,7 @@ def _deviation(places: np.ndarray, triangles: np.ndarray, measured: np.ndarray) 
     """
     row, triangle, at = interpolation(places[:, :2], triangles, measured[:, :2])
     if not len(row):
-        raise CraftmeshError("no point of the cloud is within the front; give both in the same unit")
+        raise CraftmeshError("no point of the cloud is within the front; give both in one unit and place")
     vectors = area_vectors(places, triangles)
     cosine = vectors[:, 2] / np.linalg.norm(vectors, axis=1)
     off = (measured[row, 2] - at @ places[:, 2]) * cosine[triangle]

@@ -92,8 +92,8 @@ class SizingOptions(Options):
 class Sizing(Frozen):
     """Target edge lengths (Eq. 3) around `sources` (k, 3), the points of crack fronts or void surfaces.
 
-    At a distance r from the nearest source, Eq. 3 is l_min + (l0 - l_min) (r / r0)^exponent up to r0, then
-    rises linearly to l_max at r1. Without sources the target is l_max everywhere, which coarsens uniformly.
+    At a distance r from the nearest source, Eq. 3 is l_min + (l0 - l_min) (r / r0)^exponent up to r0. From
+    there it goes linearly to l_max at r1. Without sources it is l_max everywhere, which coarsens uniformly.
     growth: largest growth of lengths per distance; None: STEEPEST. others: objects with `at(points)`, such
     as another Sizing or a LengthField; the smallest of all lengths counts, and their own growth limits
     apply. Raise CraftmeshError if l_min > l_max, if r0 > r1, or if the sources are not finite.

@@ -136,12 +136,12 @@ def place_beside(
     shape, own = marked.shape, grid.labels.shape
     if shape != own and sorted(shape) == sorted(own):
         raise CraftmeshError(
-            f"has {shape} voxels along x, y, z, but the microstructure has {own}; exchange the file's axes"
+            f"the file has {shape} voxels along x, y, z, the microstructure {own}; exchange the file's axes"
         )
     is_bare = spacing is None or bool((spacing == 1).all() and (grid.spacing != 1).any())
     if shape != own and is_bare:
         raise CraftmeshError(
-            f"has {shape} voxels and no spacing{'' if spacing is None else ' except 1'}, but the "
+            f"the file has {shape} voxels and no spacing{'' if spacing is None else ' except 1'}, but the "
             f"microstructure has {own}; give as many voxels, or a format with spacing and origin"
         )
     if spacing is None:
@@ -151,18 +151,18 @@ def place_beside(
     is_near = (np.abs(box - grid.box) <= grid.spacing / 2).all()
     is_unset = (np.abs(origin) <= spacing / 2).all() and (is_bare or (spacing == grid.spacing).all())
     if shape == own and (is_near or is_unset):
-        note = f"its voxels are placed on the microstructure's, of the same shape; in the file {spans}"
+        note = f"the file's voxels are placed on the microstructure's, of equal shape; in the file {spans}"
         return grid.spacing, grid.origin, [] if is_near else [note]
     hint = unit_hint(box, grid.box)
     if shape == own and not np.allclose(spacing, grid.spacing, rtol=0.5 / max(shape)):
         raise CraftmeshError(
-            f"has as many voxels as the microstructure, {shape}, but of another size: {spans}{hint}; give "
-            "the file the microstructure's spacing and origin, or no spacing at all"
+            f"the file has as many voxels as the microstructure, {shape}, of another size: {spans}{hint}; "
+            "give the file the microstructure's spacing and origin, or no spacing at all"
         )
     centres = origin + (np.argwhere(marked) + 0.5) * spacing
     off = ((centres < grid.box[0]) | (centres > grid.box[1])).any(axis=1)
-    text = f"its voxels form another grid: {spans}{hint}; "
+    text = f"the file's voxels form another grid: {spans}{hint}; "
     text += f"{off.sum()} of {len(off)} marked voxels lie outside"
     if off.all():
-        raise CraftmeshError(f"{text}; give them in the unit and position of the microstructure")
+        raise CraftmeshError(f"{text}; give the voxels in the unit and position of the microstructure")
     return spacing, origin, [text]

@@ -135,8 +135,8 @@ def test_a_mask_without_spacing_has_the_grid_of_the_volume(kind, shape, wanted, 
         (SHAPE, 0.75, 2.0, f"of another size: the voxels go from [2.0, 2.0, 2.0] to [17.0, 14.0, 11.0], "
          f"the microstructure {BOX}"),
         (SHAPE, EDGE, 40.0, "61 of 61 marked voxels lie outside; give"),
-        (SHAPE, EDGE, 2.0, "note: its voxels form another grid"),
-        ((40, 32, 24), EDGE / 2, 0.0, "note: its voxels form another grid"),
+        (SHAPE, EDGE, 2.0, "note: the file's voxels form another grid"),
+        ((40, 32, 24), EDGE / 2, 0.0, "note: the file's voxels form another grid"),
         (SHAPE[::-1], EDGE, 0.0, "exchange the file's axes"),
     ],
 )  # fmt: skip

@@ -32,8 +32,9 @@ def _is_beyond(moved, facets, f, levels):
 def spoiled(points, moved, facets, lists, changed, levels, bounds):
     """Return (m,) bool: facets that break the bounds if their points (n, 3) move to `moved` (n, 3).
 
-    Only facets in the mask `changed` (m,) are tested; a facet that was worse before does not count. lists:
-    the facets' corner lists; levels (2, 3): planes of the box; bounds: the fields of `MoveBounds`.
+    Only facets in the mask `changed` (m,) are tested. A poor shape, a short edge or a sharp wedge does not
+    count if it was no better before. lists: the facets' corner lists; levels (2, 3): planes of the box;
+    bounds: the fields of `MoveBounds`.
     """
     turn, least_quality, least_edge = bounds
     cosine = np.cos(np.radians(turn))
