@@ -28,34 +28,34 @@ FAR = 1.75
 class RemeshOptions(Options):
     """Options of the stage `remesh`."""
 
-    laplace_laps: int = option(4, "laps of Laplacian smoothing that take the voxel steps away", at_least=0)
+    laplace_laps: int = option(4, "passes of Laplacian smoothing, to remove the voxel steps", at_least=0)
     taubin_laps: int = option(
-        20, "pairs of Taubin laps (in and out) that follow and keep volumes", at_least=0
+        20, "pairs of Taubin's inward and outward passes, which keep volumes", at_least=0
     )
     laplace_weight: float = option(
-        0.5, "part of the way to the neighbours' mean in an inward lap", at_least=0, at_most=1
+        0.5, "fraction of the way to its neighbours' mean that a point moves inward", at_least=0, at_most=1
     )
     taubin_weight: float = option(
-        -0.53, "the same in an outward lap of Taubin's pairs, negative", at_least=-1, at_most=0
+        -0.53, "the same fraction in Taubin's outward passes, negative", at_least=-1, at_most=0
     )
     sliver_quality: float = option(
-        SMOOTHING.quality, "facets that smoothing brings below this quality go back", at_least=0, below=1
+        SMOOTHING.quality, "smoothing is undone at facets of lower quality (best: 1)", at_least=0, below=1
     )
     sliver_edge: float = option(
         SMOOTHING.edge,
-        "facets that smoothing leaves with a shorter edge go back",
+        "smoothing is undone at facets with a shorter edge",
         "voxels",
         at_least=0,
         below=1,
     )
     least_volume: float = option(
         0.5,
-        "grains that smoothing shrinks below this part of their raw volume go back",
+        "smoothing is undone at grains that shrink below this fraction of their volume",
         at_least=0,
         at_most=1,
     )
     volume_rounds: int = option(
-        8, "corrections of the grains' volumes at most; 0 leaves them as smoothed", at_least=0
+        8, "most corrections of the grains' volumes; 0: they stay as smoothed", at_least=0
     )
 
 

@@ -24,7 +24,7 @@ class StitchOptions(Options):
     """Options of the stage `stitch`: the distance below which points are merged."""
 
     tolerance: float = option(
-        1e-6, "points closer than this share of the model's diagonal are one", at_least=0, below=1
+        1e-6, "points closer than this fraction of the model's diagonal become one", at_least=0, below=1
     )
 
 
