@@ -17,11 +17,11 @@ def crack_in_slip_plane(
 ) -> Crack:
     """Return the planar crack with this normal (3,) through options.centre within grain options.grain.
 
-    The crack ends l_min, in model units, before the boundaries with other grains, and its outline has no
-    radius of curvature under l_min. It continues through faces of the box and the surfaces of voids. With a
-    radius, it is cut off at that distance from the centre. Without a centre it goes through the mean of the
-    grain's surface points. Raises CraftmeshError if the grain has no surface, or if nothing is left at the
-    centre.
+    The crack ends l_min, in model units, before the boundaries with other grains. Corners of its outline
+    are rounded to a radius of l_min. It continues through faces of the box and the surfaces of voids. With
+    a radius, it is cut off at that distance from the centre. Without a centre it goes through the mean of
+    the grain's surface points. Raises CraftmeshError if the grain has no surface, or if nothing is left at
+    the centre.
     """
     facets, is_inner = _of_grain(surface, int(options.grain or 0))
     centre = surface.points[np.unique(facets)].mean(axis=0)
@@ -38,7 +38,7 @@ def crack_in_slip_plane(
     here = [one for one in shapely.get_parts(part) if one.contains(shapely.Point(0, 0))]
     if not here or not outline.contains(shapely.Point(0, 0)):
         raise CraftmeshError(
-            f"crack.centre {told(centre)}: is not within grain {options.grain}, l_min ({l_min:g}) or more "
+            f"crack.centre {told(centre)} is not within grain {options.grain}, l_min ({l_min:g}) or more "
             "from its boundaries; move it into the grain"
         )
     points, triangles = filled(here[0], np.zeros((0, 2)), l_min)
@@ -46,7 +46,7 @@ def crack_in_slip_plane(
 
 
 def _of_grain(surface: Surface, grain: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the facets (m, 3) of a grain, and whether the far side of each (m,) is a grain, too."""
+    """Return the facets (m, 3) of a grain, and a mask (m,) of those with a grain on the other side too."""
     own = (surface.sides == grain).any(axis=1)
     if grain < 1 or not own.any():
         raise CraftmeshError(
@@ -60,7 +60,8 @@ def _section(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return segments (k, 2, 2), in the plane's axes, in which facets cross a plane, and their facets (k,).
 
-    A point on the plane counts as above it, so each facet has two crossed edges or none.
+    The plane goes through the centre (3,) along rows 0 and 1 of `frame` (3, 3). A point on the plane counts
+    as above it, so each facet has two crossed edges or none.
     """
     height = (points - centre) @ frame[2]
     edges, of_facet, _ = unique_edges(facets)

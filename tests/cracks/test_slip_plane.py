@@ -60,7 +60,7 @@ def test_it_has_a_hole_around_an_enclosed_grain():
     assert check_crack(crack) == [] and len(crack.fronts) == 1
     # 2 %: the sphere of voxels is smoothed
     assert area_in_box(crack) == pytest.approx(16**2 - np.pi * (5 + L_MIN) ** 2, rel=0.02)
-    with pytest.raises(CraftmeshError, match="^crack.centre .8.0, 8.0, 8.0.: is not within grain 1"):
+    with pytest.raises(CraftmeshError, match="^crack.centre .8.0, 8.0, 8.0. is not within grain 1"):
         crack_of(ISLAND, grain=1, centre=(8.0, 8.0, 8.0))
 
 
