@@ -19,11 +19,12 @@ STEEP = np.cos(np.radians(45.0))
 
 
 def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal (3, 3) of the plane over which the triangles (m, 3) are single-valued.
+    """Return rows u, v, normal (3, 3) of the best-fit plane of triangles (m, 3).
 
-    points (n, 3). The normal is the area-weighted mean of the triangle normals. If a triangle is steeper
-    than 45 degrees to it, the normal to which the steepest triangle is least steep is used, if all face it.
-    The triangles must be oriented consistently. u is the direction in which the crack is longest.
+    They may still fold over it, which `fold_of` tests. points (n, 3). The normal is the area-weighted mean
+    of the triangle normals. If a triangle is steeper than 45 degrees to it, the normal to which the
+    steepest triangle is least steep is used, if all face it. The triangles must be oriented consistently. u
+    is the direction in which the crack is longest.
     """
     vectors = area_vectors(points, triangles)
     weight = np.linalg.norm(vectors, axis=1)

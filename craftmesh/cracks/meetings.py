@@ -12,7 +12,10 @@ from craftmesh.types import Crack, Surface
 
 
 class Traces(NamedTuple):
-    """Segments where crack triangles cut facets: facet (k,), ends (k, 2, 3), angle (k,) of 0-90 degrees."""
+    """Segments where crack triangles cut facets: facet (k,), ends (k, 2, 3), angle (k,).
+
+    angle: between triangle and facet, 0 to 90 degrees.
+    """
 
     facet: np.ndarray
     ends: np.ndarray

@@ -49,7 +49,7 @@ TAKEN = {
 
 @dataclass(frozen=True)
 class CrackOptions(Options):
-    """A crack with prescribed shape and growth; lengths in model units.
+    """A crack prescribed by numbers, read from files or made in grains, and its growth; in model units.
 
     Semi- and quarter-elliptical cracks are ellipses whose centre lies on a face, edge or corner of the box.
     The part of the ellipse outside the box is cut off.

@@ -39,12 +39,18 @@ def poor_parts(measures: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def is_poor(measures: np.ndarray) -> np.ndarray:
-    """Return a mask (m,) of elements that are poor for any reason, from `shape_measures` (m, 5)."""
+    """Return a mask (m,) of elements that are poor for any reason, from `shape_measures` (m, 5).
+
+    They have a shape factor under 0.02 or a dihedral angle under 10 or over 160 degrees.
+    """
     return np.logical_or.reduce(list(poor_parts(measures).values()))
 
 
 def is_flat(measures: np.ndarray) -> np.ndarray:
-    """Return a mask (m,) of flat elements, from `shape_measures` (m, 5)."""
+    """Return a mask (m,) of flat elements, from `shape_measures` (m, 5).
+
+    They have a shape factor under 0.005 or a dihedral angle under 5 or over 172 degrees.
+    """
     low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
     return (factor < FLAT_SHAPE_FACTOR) | (low < FLAT_DIHEDRALS[0]) | (high > FLAT_DIHEDRALS[1])
 

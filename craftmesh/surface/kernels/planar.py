@@ -238,7 +238,10 @@ def split_inner_edge(mesh, t, i, point):
 
 @lean_kernel
 def _meets_on_wall(mesh, t, i, walls, corners):
-    """Return whether one wall holds the first `corners` (2 or 3) corners of t, counted from edge i on."""
+    """Return whether one wall contains the first `corners` (2 or 3) corners of t, counted from edge i on.
+
+    walls (n, w): mask of the points on each wall.
+    """
     for w in range(walls.shape[1]):
         held = True
         for k in range(corners):
