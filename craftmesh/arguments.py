@@ -39,6 +39,7 @@ def as_array(
         raise CraftmeshError(f"{name} has rows of different lengths; expected {wanted}") from None
     if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
         what = f"a {type(value).__name__}" if not isinstance(value, (list, tuple, np.ndarray)) else None
+        what = "an array with masked entries" if np.ma.is_masked(value) else what
         raise CraftmeshError(f"{name} is {what or f'an array of {given.dtype}'}; expected {wanted}")
     if given.shape == (0,) and shape[:1] == (None,):  # [] stands for no rows of any shape
         given = given.reshape([length or 0 for length in shape])

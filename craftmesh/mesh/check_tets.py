@@ -125,8 +125,11 @@ def _check_lips(mesh: TetMesh) -> Iterator[str]:
     new[used] = where.ravel()
     sides = [np.unique(np.sort(new[lip], axis=1), axis=0) for lip in lips]
     both = np.unique(np.concatenate(sides), axis=0, return_counts=True)[1]
-    if (both != 2).any() or len(sides[0]) != len(lips[0]) or len(sides[1]) != len(lips[1]):
-        yield f"{(both != 2).sum()} facets of the crack's lips lack a coincident facet on the other lip."
+    lone, twice = int((both != 2).sum()), sum(map(len, lips)) - sum(map(len, sides))
+    if lone:
+        yield f"{lone} facets of the crack's lips lack a coincident facet on the other lip."
+    if twice:
+        yield f"{twice} facets of the crack's lips stand in their lip twice."
     closed = group_triples(np.concatenate(lips)[:, :3]).count
     if (closed > 1).any():
         yield f"{(closed > 1).sum()} facets of the crack have the same three nodes on both lips."

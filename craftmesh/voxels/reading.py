@@ -140,7 +140,7 @@ def read_marked(
     marked = content.labels != 0 if label is None else content.labels == label
     if not marked.any():
         raise CraftmeshError(
-            f"{path}: no voxel has a label {label or 'other than 0'}; set label to the crack's"
+            f"{path}: no voxel has a label {'other than 0' if label is None else label}; set label to the crack's"
         )
     known = ReadOptions()
     if grid is None:

@@ -115,6 +115,9 @@ BREACHES = {
     "lack a coincident": lambda m: moved(
         m, np.setdiff1d(m.node_sets["CRACK_LIP_A"], m.node_sets["CRACK_FRONT"])[0], [0, 0, 1e-9]
     ),
+    "1 facets of the crack's lips stand in their lip twice": lambda m: with_faces(
+        m, "CRACK_LIP_A", m.face_sets["CRACK_LIP_A"][[0, *range(len(m.face_sets["CRACK_LIP_A"]))]]
+    ),
     "set CRACK_LIP_A have a tetrahedron on both": welded,
     "same three nodes on both lips": shut,
 }
