@@ -48,8 +48,8 @@ def refuse_false_size(
     """Return the size in bytes of an array that a header declares, if the file can contain it.
 
     what: the array's name, for errors; itemsize: bytes per value; there: bytes stored in the file; ratio:
-    largest ratio of unpacked to stored bytes, None if unlimited. Raises CraftmeshError for a size that the
-    file cannot contain, and for one larger than this machine's memory or this process's limit.
+    largest ratio of unpacked to stored bytes, None if unlimited. Raises CraftmeshError for a negative
+    count, for a size that the file cannot contain, and for a size above `memory_limit`.
     """
     counts = [int(count) for count in shape]
     size = math.prod(counts) * itemsize
@@ -111,9 +111,10 @@ def unpacked(path: str | os.PathLike, packed: bytes | memoryview, size: int, met
 
 
 def data_file(header: Path, key: str, name: str) -> Path:
-    """Return the path of the data file `name` that a header has under `key`.
+    """Return the path of the data file `name` that the file `header` has under `key`.
 
-    Raises CraftmeshError if it is missing, a list of files, or not in the header's folder or below it.
+    Raises CraftmeshError if the data file is missing, if `name` is a list or pattern of files, or if the
+    data file is not in the header's folder or below it.
     """
     if name.split()[:1] == ["LIST"] or "%" in name:
         raise CraftmeshError(f"{header}: its data are in one file per slice; save it as one .mha or .nrrd")
@@ -132,7 +133,7 @@ def data_file(header: Path, key: str, name: str) -> Path:
 
 @contextmanager
 def heard(library: str) -> Iterator[list[str]]:
-    """Yield a list that collects the warnings and errors that a library logs within the block."""
+    """Yield a list of texts that grows by each warning or error that a library logs within the block."""
     said: list[str] = []
     listener = logging.Handler(logging.WARNING)
     listener.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]

@@ -16,7 +16,7 @@ QUATERNIONS, RODRIGUES, MATRICES = "quaternions", "rodrigues", "matrices"
 EULERS, KOCKS, ROE = "eulers", "kocks", "roe"
 DEGREES, RADIANS = "degrees", "radians"
 _ID = re.compile(rb"-?[0-9]{1,18}")
-_TABLE_LIMIT = 10_000_000  # rows of a table of orientations, 32 bytes each
+_TABLE_LIMIT = 10_000_000  # largest number of rows of a table of orientations, 32 bytes each
 _ORIENTATIONS = re.compile(r"euler|bunge|quat|rodrig|orient|rotation|axis_?angle|^phi_?[12]$", re.I)
 # Tests of an array's name for its content.
 is_eulers, is_quaternions = re.compile(r"euler", re.I).search, re.compile(r"quat", re.I).search
@@ -28,12 +28,13 @@ _UNITS = {
     DEGREES: re.compile(r"deg(?![a-z])|degree|°", re.I),
     RADIANS: re.compile(r"\brad\b|Rad\b|radian", re.I),
 }
-# Crystal systems of DREAM.3D's codes 0 to 10 (Laue classes; 999: unknown), from Create Ensemble Info.
+# Crystal systems of DREAM.3D's codes 0 to 10 (Laue classes; 999: unknown), from its filter Create Ensemble
+# Info.
 _DREAM3D = (
     *("hexagonal", "cubic", "hexagonal", "cubic", "triclinic", "monoclinic", "orthorhombic"),
     *("tetragonal", "tetragonal", "trigonal", "trigonal"),
 )
-# Last space group of each crystal system (International Tables for Crystallography A).
+# Number of the last space group of each crystal system (International Tables for Crystallography A).
 _LAST_GROUP = {2: "triclinic", 15: "monoclinic", 74: "orthorhombic", 142: "tetragonal", 167: "trigonal"}
 _LAST_GROUP |= {194: "hexagonal", 230: "cubic"}
 # Crystal systems of Laue groups, by which Neper may name a symmetry.
@@ -67,7 +68,7 @@ class FileVolume:
     phases (g,), row = id in the file, or (nx, ny, nz) of voxels, of which a grain gets the most frequent,
     or None; crystals: phase -> Crystal, phase 0 if there are no phases; zero: meaning of label 0 in this
     format, UNSAID if it differs between files; negative_voids: whether a label -k is the enclosed void k;
-    notes: for the report; name: that of the labels' array, "" in formats with one array.
+    notes: sentences for the report; name: the labels' array in the file, "" in formats with one array.
     """
 
     labels: np.ndarray
@@ -83,14 +84,21 @@ class FileVolume:
 
 
 def to_xyz(labels: np.ndarray, axes: str, where: str) -> np.ndarray:
-    """Return a volume with its axes in the order x, y, z; `axes` is the file's order, such as "zyx"."""
+    """Return a volume with its axes in the order x, y, z.
+
+    axes: the file's order, a permutation of "xyz" (not checked). Raises CraftmeshError unless `labels` has
+    three axes.
+    """
     if labels.ndim != 3:
         raise CraftmeshError(f"{where} has shape {labels.shape}; give an array with three axes")
     return labels.transpose([axes.index(axis) for axis in "xyz"])
 
 
 def as_numbers(name: str, values: ArrayLike) -> np.ndarray:
-    """Return a file's values as float64; raises CraftmeshError, with `name`, for text and objects."""
+    """Return a file's values as float64.
+
+    Raises CraftmeshError, with `name`, for text, complex numbers and objects.
+    """
     found = np.asarray(values)
     if found.dtype.kind not in "iufb":
         raise CraftmeshError(f"{name} is of type {found.dtype}; expected real numbers")
@@ -107,7 +115,10 @@ def ids_in_text(path: str | os.PathLike, words: Sequence[bytes]) -> np.ndarray:
 
 
 def table_rows(path: str | os.PathLike, labels: np.ndarray) -> int:
-    """Return the rows of a table by label, max(labels) + 1; raises CraftmeshError above the limit."""
+    """Return the number of rows of a table with row = label: the largest label plus 1.
+
+    Raises CraftmeshError above 10 million rows.
+    """
     rows = max(int(labels.max(initial=0)), 0) + 1
     if rows > _TABLE_LIMIT:
         raise CraftmeshError(
@@ -138,12 +149,12 @@ def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tupl
 
 
 def is_described(name: str) -> bool:
-    """Return True if an array's name is one for orientations, phases or grain ids."""
+    """Return True if an array's name suggests orientations, phases or grain ids."""
     return bool(_ORIENTATIONS.search(name) or is_phases(name) or is_ids(name))
 
 
 def unit_said(*texts: str) -> str:
-    """Return DEGREES or RADIANS if the texts name exactly one of them, else ""."""
+    """Return DEGREES or RADIANS if the texts name exactly one of these units, else ""."""
     named = [unit for unit, pattern in _UNITS.items() if any(pattern.search(text) for text in texts)]
     return named[0] if len(named) == 1 else ""
 
@@ -154,8 +165,9 @@ def belonging(
     """Return the name of the table, row = id, that belongs to ids up to `largest`; "" if none does.
 
     rows: number of rows by table name; claimed: numbers of rows that other arrays of ids need. A table with
-    exactly largest + 1 rows is preferred. Otherwise a longer one is used, because the volume may be a part,
-    unless its number of rows is claimed. Raises CraftmeshError if several tables fit equally well.
+    exactly largest + 1 rows is preferred. Otherwise a longer table is used, because the volume may be a
+    part of a larger one, unless its number of rows is in `claimed`. Raises CraftmeshError if several tables
+    fit equally well.
     """
     wanted = largest + 1
     fitting = [name for name, count in rows.items() if count == wanted]
@@ -195,7 +207,7 @@ def of_symmetry(word: str) -> str:
 
 
 def of_grains(crystals: Mapping[int, Crystal], phases: np.ndarray | None) -> dict[int, Crystal]:
-    """Return the crystals by phase; if `phases` is None, a single crystal with key 0, or none."""
+    """Return the crystals by phase; without `phases`, a single crystal gets key 0, several are left out."""
     if phases is not None:
         return dict(crystals)
     return dict(zip([0], crystals.values())) if len(crystals) == 1 else {}

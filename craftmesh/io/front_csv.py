@@ -37,10 +37,10 @@ def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> N
 
 
 def rows_by_load(columns: Mapping[str, Mapping[str, np.ndarray]]) -> Mapping[str, np.ndarray]:
-    """Return one table of all load cases' rows, in sequence, with their names in the column LOAD_CASE.
+    """Return one table with the rows of all load cases, case by case, and their names in LOAD_CASE.
 
-    A single load case "" is returned unchanged. Columns that only the first load case has are NaN, or empty
-    text, in the rows of the others.
+    columns: load case -> columns by name, the same number of rows in each. A single load case "" is
+    returned unchanged. Columns that only the first load case has are NaN, or empty text, in other rows.
     """
     first, *others = columns.values()
     if not others and "" in columns:
@@ -53,10 +53,10 @@ def rows_by_load(columns: Mapping[str, Mapping[str, np.ndarray]]) -> Mapping[str
 
 
 def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
-    """Return the numeric columns (k,) of a front by name, at least x, y and z.
+    """Return the numeric columns (k,) of a front's first load case by name, at least x, y and z.
 
-    Columns with text are left out. Raises CraftmeshError as `front_table`, and for coordinates that are not
-    finite numbers.
+    Columns with text are left out. Raises CraftmeshError for a missing or malformed table, as
+    `front_table`, and for coordinates that are not finite numbers.
     """
     table = front_table(path)
     table.numbers("xyz")
@@ -72,10 +72,12 @@ def front_columns(
     *known: Sequence[str],
     words: Sequence[str] = (),
 ) -> dict[str, np.ndarray]:
-    """Return the arrays of a front in the form that `write_front` takes: `points` and those `needed`.
+    """Return the arrays of a front by name, in the form that `write_front` takes.
 
-    needed: numeric columns in the file; known: groups of optional ones, read if the whole group exists;
-    words: optional text columns; made: how the file is made, for errors. Raises CraftmeshError.
+    `points` (k, 3) come from x, y, z, and an array NAME (k, 3) from columns NAME_x, NAME_y, NAME_z.
+    needed: numeric columns that must exist; known: groups of optional numeric columns, read if the whole
+    group exists; words: optional text columns; made: how the file is made, for errors. Raises
+    CraftmeshError for a missing file or column, and for numbers that are not finite.
     """
     table = front_table(path)
     wanted = [*"xyz", *needed]
@@ -94,10 +96,11 @@ def front_columns(
 
 
 def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:
-    """Return a table with at least the columns `axes`; of several load cases, only the first one's rows.
+    """Return the table of a front; of several load cases, only the first one's rows.
 
-    For files without a header, see `bare_front`. Raises CraftmeshError as `read_table`, and for files
-    without a header that have too few columns.
+    axes: column names by which the header is found. A file without a header gets names by the number of
+    its columns, as in `bare_front`. Raises CraftmeshError for missing or malformed tables, as `read_table`,
+    and for files without a header that have too few columns.
     """
     table = read_table(path, axes)
     if not table.names:
@@ -110,10 +113,11 @@ def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:
 
 
 def bare_front(table: Table, axes: str = "xyz") -> Table:
-    """Return a table without header with names for its coordinates.
+    """Give names to the coordinate columns of a table without header, and return the table.
 
-    Three columns, or as many as `axes`, are x, y, z. Otherwise the file is taken as craftmesher's, with
-    x, y, z in columns 7, 8, 9 counted from 0. Raises CraftmeshError for fewer columns.
+    If it has three columns, or as many as `axes`, they are x, y, z. Otherwise the file is taken as
+    craftmesher's (an earlier program), with x, y, z in columns 7, 8, 9 counted from 0. Raises
+    CraftmeshError for fewer columns.
     """
     width = len(table.rows[0])
     if width in (len(axes), 3):
@@ -128,8 +132,8 @@ def bare_front(table: Table, axes: str = "xyz") -> Table:
 def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
     """Return the fronts of a file as polylines (k, 3), points in the file's order; errors as `read_front`.
 
-    The column `front`, as in front.csv, distinguishes them. If the column `closed` is 1, the first point is
-    repeated at the end.
+    The column `front`, as in front.csv, numbers the fronts; without it there is one. The first point of a
+    front is repeated at its end if the column `closed` is 1 at a point and the end points differ.
     """
     columns = read_front(path)
     points = np.stack([columns[axis] for axis in "xyz"], axis=1)

@@ -16,7 +16,7 @@ from craftmesh.io.file_volume import belonging, is_described, is_ids
 with extra("formats"):
     import h5py
 
-# Array names in order of preference, if one group has several.
+# Names of arrays in order of preference, where one group contains several of them.
 _USUAL = ("AvgEulerAngles", "EulerAngles", "AvgQuats", "Quats", "Phases")
 _ENSEMBLES = "CrystalStructures"  # an array that marks groups with one row per phase, not per grain
 
@@ -25,7 +25,7 @@ _ENSEMBLES = "CrystalStructures"  # an array that marks groups with one row per 
 def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
     """Yield the open file; raises CraftmeshError if it is missing, not HDF5, or damaged.
 
-    It also raises if data are stored in other files, or if a dataset is larger than the file can contain.
+    It also raises if data are stored in other files, or if a dataset declares more than the file can hold.
     """
     existing(Path(path))
     try:
@@ -39,7 +39,10 @@ def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
 
 
 def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
-    """Raise CraftmeshError for external links, external or virtual data, and sizes larger than the file."""
+    """Raise CraftmeshError for data in other files, and for datasets that declare more than the file holds.
+
+    Data in other files are external links, external datasets and virtual datasets.
+    """
     links: list[str] = []
 
     def note_link(name: str, item: h5py.HardLink | h5py.SoftLink | h5py.ExternalLink) -> None:
@@ -74,7 +77,8 @@ def volume_paths(
 ) -> list[str]:
     """Return the paths of integer datasets below `group` with one number per cell.
 
-    dims: numbers of cells along x, y, z; ids: paths or names of datasets that may also be floats.
+    dims: numbers of cells along x, y, z; ids: paths or names of datasets that count although they are
+    floats.
     """
     return [
         path
@@ -95,7 +99,10 @@ def is_by_cell(data: h5py.Dataset, dims: Sequence[int] | np.ndarray, width: int)
 
 
 def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarray:
-    """Return a dataset by cell, of a shape as in `is_by_cell`, as (nx, ny, nz) or (nx, ny, nz, c)."""
+    """Return a dataset with c numbers per cell as (nx, ny, nz), or as (nx, ny, nz, c) for c > 1.
+
+    data: of shape (z, y, x, c), (n, c) or, for c = 1, without the last axis; dims: cells along x, y, z.
+    """
     ratio = DEFLATE if data.id.get_create_plist().get_nfilters() else 1
     stored = data.id.get_storage_size()
     refuse_false_size(data.file.filename, data.name, data.shape, data.dtype.itemsize, stored, ratio)
@@ -109,8 +116,8 @@ def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarra
 class Beside:
     """The arrays of a file that may describe the grains of `ids` (nx, ny, nz).
 
-    labels: the dataset of these ids; dims: numbers of cells along x, y, z; arrays: candidates; table: path
-    of the array or group that the user chose, "" for automatic choice.
+    labels: the dataset of these ids; dims: numbers of cells along x, y, z; arrays: the candidates; table:
+    path of the array or group that the user chose, "" for automatic choice.
     """
 
     path: str | os.PathLike
@@ -121,11 +128,11 @@ class Beside:
     table: str = ""
 
     def find(self, is_named: Callable[[str], object], width: int) -> tuple[h5py.Dataset, np.ndarray] | None:
-        """Return an array of the grains, else of the cells, with its values; None if there is neither.
+        """Return an array with a row per grain, else one with a row per cell, and its values; else None.
 
         is_named: test of an array's name; width: numbers per row. Values are a table (g, width), row = id,
         or of voxels (nx, ny, nz, width), without the last axis if width is 1. Raises CraftmeshError if
-        several tables fit equally well, or if the user's table does not fit.
+        several tables fit equally well, or if the user's table does not fit the ids.
         """
         if self.table and not self._chosen(self.arrays):
             groups = dict.fromkeys(d.parent.name for d in self.arrays if d.parent != self.labels.parent)
@@ -139,7 +146,8 @@ class Beside:
         tables = [d for d in named if d not in cells and d.ndim and d.shape[1:] in shapes]
         rows = {d.name: len(d) for d in _one_a_group(self._linked(tables))}
         near = {name: count for name, count in rows.items() if name.startswith(self._within)}
-        claimed = {int(d[()].max(initial=0)) + 1 for d in self._other_ids()}  # rows that other ids need
+        # numbers of rows that tables of other volumes of ids need
+        claimed = {int(d[()].max(initial=0)) + 1 for d in self._other_ids()}
         name = next((n for r in (near, rows) if (n := belonging(self.path, r, self._largest, claimed))), "")
         found = next((d for d in tables if d.name == name), None)
         if found is not None:
@@ -155,7 +163,7 @@ class Beside:
     def unread(self, found: Iterable[h5py.Dataset], volumes: Iterable[str]) -> list[str]:
         """Return the names of arrays that describe grains but were not used, and of other id volumes.
 
-        found: the arrays used; volumes: paths of all volumes of ids.
+        found: the arrays used; volumes: paths of all integer volumes in the file.
         """
         used = {self.labels.name, *(d.name for d in found)}
         arrays = [d for d in self.arrays if is_described(_last(d)) and _ENSEMBLES not in d.parent]
@@ -164,7 +172,7 @@ class Beside:
         return [told for name, told in others.items() if name not in used]
 
     def told(self, data: h5py.Dataset) -> str:
-        """Return an array's path relative to the volume's group, with the rows of a table in brackets."""
+        """Return an array's path below the parent of the labels' group; a table's with its row count."""
         rows = "" if np.prod(data.shape) >= self.ids.size else f" ({len(data)} rows)"
         return data.name.removeprefix(self._within) + rows
 
@@ -174,16 +182,17 @@ class Beside:
     def _linked(self, tables: Sequence[h5py.Dataset]) -> list[h5py.Dataset]:
         """Return the tables in which row k may describe id k of `labels`, by the arrays in their groups.
 
-        A table whose group has an array named like `labels` is returned if this array is 0, 1, 2, ...; with
-        other values its rows are other things with these ids as parents, and it is never returned. If there
-        is no such table, tables of other groups are returned: those with a row per id and an array in the
-        group named like another volume of ids, or if there are none, all tables of other groups.
+        If a table's group also has an array named like `labels`, with the values 0, 1, 2, ..., the table is
+        returned. With other values, these ids are parents of the objects that the rows describe, and the
+        table is never returned. If no table is returned by this rule, the tables of groups without such an
+        array are candidates. Preferred among them are tables with a row per id whose group has an array
+        named like another volume of ids; if there are none, all candidates are returned.
         """
         lists = {d.name: d.parent.get(_last(self.labels)) for d in tables}
         lists = {name: ids for name, ids in lists.items() if ids is not None and ids != self.labels}
         own = [n for n, ids in lists.items() if np.array_equal(np.ravel(ids[()]), np.arange(len(ids)))]
         rest = [d for d in tables if d.name not in lists]
-        parents = {_last(d) for d in self._other_ids()}  # groups with these belong to children
+        parents = {_last(d) for d in self._other_ids()}  # a group with parents' ids describes children
         of_children = [d for d in rest if len(d) == self._largest + 1 and parents & {*d.parent}]
         return [d for d in tables if d.name in own] or of_children or rest
 
@@ -206,7 +215,7 @@ def _last(data: h5py.Dataset) -> str:
 
 
 def _one_a_group(arrays: Iterable[h5py.Dataset]) -> list[h5py.Dataset]:
-    """Return one array of each group, by the order of preference in _USUAL."""
+    """Return one array of each group: the first by the order of names in _USUAL; other names come last."""
     groups: dict[str, list[h5py.Dataset]] = {}
     for data in arrays:
         groups.setdefault(data.parent.name, []).append(data)

@@ -59,7 +59,8 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
     """Read FeatureIds (or the path `dataset`), the geometry, orientations, phases and crystals.
 
     Bunge's Euler angles and phases come from the table that belongs to the ids (or from `table`, an array
-    or its group), else from the cells. Row 0 of a table is a dummy of zeros. Raises CraftmeshError.
+    or its group), else from the cells. Row 0 of a table is a dummy of zeros. Raises CraftmeshError for
+    files that are not HDF5, without image geometry, with several volumes of ids, or with no fitting table.
     """
     with opened(path) as file:
         images = _images(file)
@@ -90,8 +91,9 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
 def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
     """Return the array of Euler angles, else of quaternions (stored x, y, z, w), with its Rotations.
 
-    DREAM.3D's quaternions rotate sample to crystal axes, up to version 5 the inverse. Source: its functions
-    `eu2qu` in OrientationTransforms and, earlier, EulertoQuat in OrientationMath.
+    Returns None if the file has neither. DREAM.3D's quaternions rotate sample to crystal axes, up to
+    version 5 crystal to sample axes. Source: DREAM.3D's functions `eu2qu` in OrientationTransforms and,
+    earlier, EulertoQuat in OrientationMath.
     """
     if eulers := beside.find(is_eulers, 3):
         data, angles = eulers[0], eulers[1].astype(float)
@@ -106,7 +108,10 @@ def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
 
 
 def _arrays(file: h5py.File, images: Sequence[_Image], image: _Image) -> list[h5py.Dataset]:
-    """Return the arrays that may describe an image's ids: below it, or below no image and not deeper."""
+    """Return the arrays that may describe the ids of `image`.
+
+    They are below its group, or below no image's group and at most two levels deeper than its group.
+    """
     own = image.group.name
     others = tuple(f"{other.group.name}/" for other in images if other.group.name != own)
     found = {name: d for name, d in datasets(file).items() if d.shape and not name.startswith(others)}
@@ -144,10 +149,10 @@ def _decimal(values: ArrayLike) -> np.ndarray:
 
 
 def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Crystal], list[str]]:
-    """Return the crystals by phase from the table of ensembles, and the names of tables not read.
+    """Return the crystals by phase from the table of phases ("ensembles"), and names of tables not read.
 
     phases: those of the grains. The table is searched in the geometry's group, then in its parent, and must
-    be the only one with a row for each phase. Its row is the phase; row 0 is a dummy.
+    be the only one with a row for each phase; otherwise there are no crystals. Row 0 is a dummy.
     """
     tables: list[h5py.Dataset] = []
     for around in (image.group, image.group.parent):
@@ -170,7 +175,8 @@ def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Cryst
 def read_labdct(path: str | os.PathLike, dataset: str) -> FileVolume:
     """Read GrainId (or the path `dataset`), Spacing (mm), and Rodrigues vectors and phases of the voxels.
 
-    Id 0 means unindexed; the file has no origin. Raises CraftmeshError.
+    Id 0 means unindexed; the file has no origin. Raises CraftmeshError for files that are not HDF5, or
+    without three-dimensional GrainId and Spacing.
     """
     with opened(path) as file:
         data, ids = file.get(_DATA), file.get(f"{_DATA}/GrainId")
@@ -200,7 +206,10 @@ def read_labdct(path: str | os.PathLike, dataset: str) -> FileVolume:
 
 
 def _labdct_crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
-    """Return the crystals of /PhaseInfo/Phase01, ... by phase; a single one if grains have no phases."""
+    """Return the crystals of /PhaseInfo/Phase01, ... by phase.
+
+    If `phases` is None, a single crystal gets the key 0, and several crystals are left out.
+    """
     info = file.get("PhaseInfo")
     found = {}
     for key, group in info.items() if isinstance(info, h5py.Group) else ():

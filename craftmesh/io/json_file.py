@@ -17,13 +17,13 @@ def write_json(path: Path, content: dict) -> None:
 
 
 def read_json(path: Path) -> dict:
-    """Read a .json object; raises CraftmeshError for a missing file and for text that is not JSON."""
+    """Read a .json object; raises CraftmeshError for a missing file and for any other content."""
     try:
         content = json.loads(existing(path).read_text(encoding="utf-8"))
     except ValueError as error:
         raise CraftmeshError(f"{path}: not JSON ({error}); give a file written by craftmesh") from None
     if not isinstance(content, dict):
-        raise CraftmeshError(f"{path}: contains a {type(content).__name__}; expected a JSON object")
+        raise CraftmeshError(f"{path}: contains a {type(content).__name__}; give a JSON object")
     return content
 
 

@@ -16,8 +16,8 @@ from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
-# Shape given to scipy for every variable. scipy uses it only to find record variables and to sort; with one
-# shape variables keep their order, by which meshio names the sets of an Exodus file.
+# Shape given to scipy for every variable. scipy uses it only to find record variables and to sort. With one
+# shape for all, variables keep their order, by which meshio names the sets of an Exodus file.
 _ANY_LENGTH = (1,)
 LARGEST = np.iinfo(np.int32).max // 4 * 4  # bytes of a variable: scipy stores its padded size as int32
 _NAME_LIMIT = 32
@@ -31,7 +31,7 @@ VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
 
 @dataclass(frozen=True)
 class ExportOptions(Options):
-    """How a mesh is written for other programs."""
+    """Options of a mesh file for other programs."""
 
     opening: float = option(
         0.0,
@@ -100,9 +100,9 @@ def write_netcdf(
     """Write a NetCDF file completely or not at all; the same input gives the same bytes.
 
     dimensions: name -> length > 0; None for the record dimension, which comes first and has one record.
-    variables: in the order of the file; those with the record dimension, as their first, come last.
-    attributes: of the file, texts or numbers. Raises CraftmeshError, before it writes, for a variable over
-    2 GiB.
+    variables: written in this order, except that variables with the record dimension come last; it must be
+    their first dimension. attributes: of the file, texts or numbers. Raises CraftmeshError, before it
+    writes, for a variable over 2 GiB.
     """
     whole = {v.name: v.values.astype(np.int32, copy=False) for v in variables if v.values.dtype.kind == "i"}
     variables = [replace(v, values=whole.get(v.name, v.values)) for v in variables]
@@ -136,7 +136,7 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
     Each grain is an element block GRAIN_<id> with the grain's id, which the element variable `grain`
     repeats. Elements are sorted by grain; the element number map has their numbers in the deck. Node sets
     keep their order; face sets become side sets. Empty sets are left out. Raises CraftmeshError for names
-    longer than 32 characters.
+    longer than 32 characters or not in ASCII, and for arrays over 2 GiB.
     """
     order = np.argsort(mesh.grain, kind="stable")
     place = np.argsort(order) + 1
@@ -176,7 +176,7 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
 
 
 def read_exodus(path: str | os.PathLike) -> TetMesh:
-    """Return the mesh in a file of `write_exodus`: elements in the order of their map, and all sets.
+    """Return the mesh in a file of `write_exodus`: elements in the deck's order, and all sets.
 
     Raises CraftmeshError for any other file.
     """
@@ -201,7 +201,10 @@ def read_exodus(path: str | os.PathLike) -> TetMesh:
 
 
 def _set_names(found: Mapping[str, np.ndarray], kind: str) -> Iterator[tuple[int, str]]:
-    """Yield number, from 1, and name of a file's node sets (ns) or side sets (ss); found: its variables."""
+    """Yield number, from 1, and name of a file's node sets or side sets.
+
+    found: the file's variables by name; kind: "ns" for node sets, "ss" for side sets.
+    """
     rows = found.get(f"{kind}_names", np.zeros((0, 1), "S1"))
     yield from enumerate((row.tobytes().rstrip(b"\0").decode("ascii") for row in rows), 1)
 
@@ -209,7 +212,7 @@ def _set_names(found: Mapping[str, np.ndarray], kind: str) -> Iterator[tuple[int
 def _set_heads(kind: str, dimension: str, ids: np.ndarray, names: list[str]) -> list[Variable]:
     """Return status, ids and names of element blocks (eb), node sets (ns) or side sets (ss) as variables.
 
-    dimension: name of their number; empty if there are no names.
+    dimension: name of the file's dimension that counts them. Returns [] if there are no names.
     """
     return [
         Variable(f"{kind}_status", (dimension,), np.ones(len(ids), int)),
@@ -222,7 +225,7 @@ def _names(variable: str, dimension: str, names: list[str]) -> Variable:
     long = [name for name in names if len(name) > _NAME_LIMIT or not name.isascii()]
     if long:
         raise CraftmeshError(
-            f"set {long[0]}: names in Exodus have at most {_NAME_LIMIT} ASCII characters; rename it"
+            f"set {long[0]}: names in Exodus have at most {_NAME_LIMIT} ASCII characters; rename the set"
         )
     width = _NAME_LIMIT + 1
     text = np.array([name.encode("ascii") for name in names], f"S{width}")
@@ -235,7 +238,7 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | 
     Cell data: `grain` int32, 0 on triangles; `face_set` int32, 0 on tetrahedra and k on triangles of the
     k-th face set, counted from 1; element sets as in `write_tets`; if quaternions (m, 4) of the tetrahedra
     are given, `orientation`, NaN on triangles. Point data: an array per node set with its name, uint8, 1 on
-    its nodes. Field data are those of `write_tets`, whose reader also reads this file.
+    its nodes. Field data are the sets, as `write_tets` writes them, so `read_tets` also reads this file.
     """
     width, count = mesh.tets.shape[1], len(mesh.tets)
     triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]

@@ -17,22 +17,23 @@ FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) a
 # Character positions in a .frd line of the long ASCII form: key, node, then six fields of twelve.
 _NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
 _ROWS = 100_000  # number of rows read at a time
+# The line above a block of values in a .dat: quantity, node set and time.
 _PRINT = re.compile(
     r"^ *(displacements|total force|forces|total internal energy)(?: \(.*\))? +for set (\S+) +and time "
     r"+(\S+)\s*$"
 )
-ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
+ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")  # columns of isotropic and of full strains
 _PLANE = re.compile(r"slip_(-?\d)(-?\d)(-?\d)")
-OCTAHEDRAL = ("111", "-111", "1-11", "11-1")
-HISTORY = ("load",)
+OCTAHEDRAL = ("111", "-111", "1-11", "11-1")  # Miller indices of the octahedral planes of cubic crystals
+HISTORY = ("load",)  # column of a load history
 PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
 
 def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return node numbers (k,) of the deck and displacements (k, 3) from a .csv or .npz; see FORM.
+    """Return node numbers (k,) of the deck and displacements (k, 3) from a .csv or .npz.
 
-    An .npz without `node` contains all nodes in order, like solution.npz. Raises CraftmeshError, naming the
-    column or entry, for other content.
+    A .csv has the columns node, ux, uy, uz, an .npz the entries `node` and `displacement`. An .npz without
+    `node` contains all nodes in order, like solution.npz. Raises CraftmeshError for other content.
     """
     if Path(path).suffix == ".npz":
         arrays = load(path)
@@ -53,9 +54,9 @@ def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.nda
 
 
 def read_displacements(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return node numbers (k,) and displacements (k, 3) of the last step in a .frd file of CalculiX.
+    """Return node numbers (k,) and displacements (k, 3) from the last block DISP of CalculiX's .frd file.
 
-    Errors as in `read_frd`.
+    Raises CraftmeshError for a missing, truncated or malformed file, as `read_frd`.
     """
     return read_frd(path, {"DISP": 3})["DISP"]
 
@@ -131,9 +132,9 @@ class FacePrint(NamedTuple):
 
 
 def read_face_prints(path: str | os.PathLike) -> dict[str, FacePrint]:
-    """Return the output of *NODE PRINT of U and RF, with totals, from a .dat of CalculiX, by node set.
+    """Return a FacePrint by node set from a .dat of CalculiX, the output of *NODE PRINT of U and RF.
 
-    Raises CraftmeshError if the file is missing, has no such output, or not the same in each increment.
+    Raises CraftmeshError if the file is missing, if it has no output of both, or if an increment lacks it.
     """
     blocks: dict[tuple[str, str], list[tuple[float, list[list[float]]]]] = {}
     into: list[list[float]] = []
@@ -156,14 +157,14 @@ def read_face_prints(path: str | os.PathLike) -> dict[str, FacePrint]:
             return found
     except (OSError, ValueError, KeyError, IndexError):
         pass
-    raise CraftmeshError(f"{path}: lacks displacements or forces of faces in some increment; solve again")
+    raise CraftmeshError(f"{path}: an increment lacks displacements or total forces; solve the deck again")
 
 
 def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
     """Return the ids of grains (k,) and their strains (k, 1) or (k, 6) as 11, 22, 33, 12, 13, 23.
 
-    Raises CraftmeshError, naming the line, for other tables, duplicate or fractional ids, and strains
-    over 1.
+    Raises CraftmeshError for other tables, and, naming the line, for duplicate or fractional ids and for
+    strains of magnitude over 1.
     """
     table = read_table(path, ("grain", *ONE), ("grain", *SIX))
     strains = table.numbers(ONE if table.has(ONE) else SIX)
@@ -175,7 +176,7 @@ def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
             )
         if np.abs(strains[row]).max() > 1:
             raise CraftmeshError(
-                f"{path}, line {line}: strain is {np.abs(strains[row]).max():g}; expected at most 1"
+                f"{path}, line {line}: strain is {np.abs(strains[row]).max():g}; write fractions up to 1"
             )
     return grains.astype(int).tolist(), strains
 
@@ -183,8 +184,8 @@ def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
 def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points (k, 3), pressures (k,) and tractions (k, 3) on crack faces from a table.
 
-    Pressures or tractions without a column are 0. Raises CraftmeshError if both are missing, and for cells
-    that are not numbers.
+    Without the column pressure, pressures are 0; without tx, ty, tz, tractions are. Raises CraftmeshError
+    if both are missing, and for cells that are not numbers.
     """
     kinds = [(*"xyz", *names) for names in (PRESSURE, TRACTION)]
     table = read_table(path, *kinds)
@@ -210,9 +211,10 @@ def read_load_history(path: str | os.PathLike) -> np.ndarray | None:
 
 
 def read_blocks(path: str | os.PathLike) -> tuple[str, ...]:
-    """Return the rows CYCLES,LARGEST,SMALLEST of a table with these columns, in small letters.
+    """Return a text "CYCLES,LARGEST,SMALLEST" per row of a table with columns cycles, largest, smallest.
 
-    Raises CraftmeshError if one is missing.
+    The cells are copied; whether they are numbers is not checked. Raises CraftmeshError if a column is
+    missing or if there are no rows.
     """
     names = ("cycles", "largest", "smallest")
     table = read_table(path, names[:1], HISTORY)
@@ -231,9 +233,10 @@ def read_slip_table(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Return points (k, 3), normals (p, 3) of slip planes in crystal axes, slip (k, p), and grains (k,).
 
-    The table has columns x, y, z, and either slip_hkl per plane, such as slip_111 or slip_1-11, or slip,
-    the same on all planes OCTAHEDRAL. Without a column grain, the grains are None. Raises CraftmeshError if
-    the others are missing, and for cells that are not numbers.
+    The table has columns x, y, z, and either a column slip_hkl per plane, such as slip_111 or slip_1-11, or
+    a column slip, whose values hold for each plane of OCTAHEDRAL. The normals are the Miller indices, not
+    of unit length. Without a column grain, the grains are None. Raises CraftmeshError if other columns are
+    missing, for slip_000, and for cells that are not numbers.
     """
     table = read_table(path, "xyz")
     planes = [name for name in table.names if _PLANE.fullmatch(name.casefold())]

@@ -41,7 +41,7 @@ BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, RuntimeError
     zlib.error,
     lzma.LZMAError,
 )
-_EPOCH = (1980, 1, 1, 0, 0, 0)
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # date of all entries, so that the same arrays give the same bytes
 
 
 def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
@@ -81,7 +81,10 @@ def read_labels(path: str | os.PathLike) -> Voxels:
 
 
 def read_crystals(path: str | os.PathLike) -> dict[int, Crystal]:
-    """Return the crystals by phase in an .npz of `write_labels`, without reading its labels."""
+    """Return the crystals by phase in an .npz of `write_labels`, without reading its labels.
+
+    Raises CraftmeshError for malformed crystals; damage of the file itself is not checked.
+    """
     with np.load(path) as arrays:
         return _crystals(path, arrays)
 
@@ -91,8 +94,8 @@ def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
 
     axes: axis order such as "zyx"; empty: the file's entry `axes`, or else xyz. Orientations come from the
     entries `orientations` (quaternions), `rodrigues`, and those with Euler (Bunge's angles) in their name.
-    They and `phases` are tables, row = grain id, or arrays of voxels with the labels' axes. Raises
-    CraftmeshError.
+    Orientations and `phases` are tables, row = grain id, or arrays of voxels with the labels' axes. Raises
+    CraftmeshError for a damaged file, for no unique volume of labels, and for other axes.
     """
     arrays = load(path)
     volumes = [k for k, values in arrays.items() if values.ndim == 3 or k in ("labels", dataset)]
@@ -125,9 +128,10 @@ def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
 
 
 def _orientations(arrays: Mapping[str, np.ndarray], axes: str, voxels: int) -> dict[str, Rotations]:
-    """Return orientations of grains or voxels by entry name; a flat list of all voxels is left out.
+    """Return orientations of grains or voxels by entry name.
 
-    axes: axis order of the file; voxels: their number.
+    axes: axis order of the file; voxels: the number of voxels. A list with a row per voxel is left out,
+    because the order of its rows is unknown.
     """
     kinds = {"orientations": QUATERNIONS, "rodrigues": RODRIGUES}
     kinds |= {key: EULERS for key, values in arrays.items() if is_eulers(key) and values.shape[-1:] == (3,)}
@@ -174,7 +178,10 @@ def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[
 def refuse_missing(
     path: str | os.PathLike, arrays: Mapping[str, np.ndarray], needed: Iterable[str], made: str
 ) -> None:
-    """Raise CraftmeshError if an .npz lacks an entry `needed`; made: the file expected, for the error."""
+    """Raise CraftmeshError if `arrays`, those of an .npz, lack an entry of `needed`.
+
+    made: the file that is expected and how it is made, for the error.
+    """
     if missing := [name for name in needed if name not in arrays]:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected {made}")
 
@@ -182,7 +189,8 @@ def refuse_missing(
 def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], there: int) -> None:
     """Raise CraftmeshError if the .npy header at the start of a stream declares more than `there` bytes.
 
-    name: the array's, for errors. Raises ValueError if the stream does not start with such a header.
+    name: the array's name, for errors. Also raises CraftmeshError for arrays of Python objects, and
+    ValueError if the stream does not start with a .npy header.
     """
     version = np.lib.format.read_magic(stream)
     is_first = version == (1, 0)
@@ -190,21 +198,28 @@ def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], the
     try:
         shape, _, dtype = read(stream)
     except TokenError as error:
-        raise ValueError(f"its header has no end: {error}") from None
+        raise ValueError(f"its header is incomplete: {error}") from None
     if dtype.hasobject:
         raise CraftmeshError(f"{path}: {name} contains Python objects; save numbers or text instead")
     refuse_false_size(path, name, shape, dtype.itemsize, there)
 
 
 def _fault(path: str | os.PathLike, error: Exception) -> str:
-    """Return the reason for a read error as text; numpy's message for other file formats is misleading."""
+    """Return the reason for a read error as text.
+
+    For a file that is no zip archive this is not numpy's message, which is misleading.
+    """
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     return str(error) if zipfile.is_zipfile(path) else "not a zip archive, or truncated"
 
 
 def read_npy(path: str | os.PathLike, axes: str) -> FileVolume:
-    """Return the volume in a .npy with axes in the order `axes` ("xyz", "zyx"); raises CraftmeshError."""
+    """Return the volume in a .npy whose axes are in the order `axes`, such as "zyx".
+
+    Raises CraftmeshError for empty `axes`, for .npz archives and damaged files, and unless the array has
+    three axes.
+    """
     if not axes:
         raise CraftmeshError(f"{path}: a .npy does not store its axis order; set axes to xyz or zyx")
     if zipfile.is_zipfile(path):

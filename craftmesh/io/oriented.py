@@ -20,10 +20,10 @@ from craftmesh.extras import extra
 from craftmesh.io.declared import DEFLATE, HEAD, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
 
-# Steps off an axis, over the step, that count as rounding: headers have six digits, and over 1000 voxels
-# this adds up to a tenth of a voxel.
+# Largest component of a voxel step off its axis, relative to the step, that counts as rounding: headers
+# have six digits. Over 1000 voxels this adds up to a tenth of a voxel.
 ALIGNED = 1e-4
-# NRRD's names of MetaIO's types.
+# Names of number types in NRRD, by their names in MetaIO.
 _TYPES = {"CHAR": "int8", "UCHAR": "uint8", "SHORT": "int16", "USHORT": "uint16", "INT": "int32"}
 _TYPES |= {"UINT": "uint32", "LONG": "long", "ULONG": "ulong", "LONG_LONG": "int64", "ULONG_LONG": "uint64"}
 _TYPES |= {"FLOAT": "float", "DOUBLE": "double"}
@@ -74,7 +74,8 @@ def read_metaimage(path: str | os.PathLike) -> FileVolume:
     """Read the labels, ElementSpacing (else ElementSize), TransformMatrix and Offset.
 
     Offset is the centre of the first voxel; without it the origin is None. MET_LONG is read as 8 bytes if
-    the data are that long, because its size depends on the system that wrote it. Raises CraftmeshError.
+    the data are long enough, else as 4, because its size depends on the system that wrote it. Raises
+    CraftmeshError for damaged or incomplete files, several numbers per voxel, and oblique axes.
     """
     path = Path(path)
     with open(path, "rb") as stream:
@@ -111,13 +112,17 @@ def read_metaimage(path: str | os.PathLike) -> FileVolume:
 
 
 def _placed(path: Path, labels: np.ndarray, steps: np.ndarray, first: np.ndarray | None) -> FileVolume:
-    """Return the volume with axes x, y, z; steps, first: as in `along_axes`, first None if unknown."""
+    """Return the volume with axes x, y, z.
+
+    steps (3, 3): row k is the vector between voxels along the file's axis k; first (3,): centre of the
+    first voxel, None if unknown. Raises CraftmeshError for oblique axes.
+    """
     turned, spacing, corner = along_axes(path, labels, steps, np.zeros(3) if first is None else first)
     return FileVolume(turned, spacing, None if first is None else corner)
 
 
 def metaimage_data(path: Path) -> list[Path]:
-    """Return the data file of a .mhd in a list, [] for a .mha; raises CraftmeshError."""
+    """Return the data file of a .mhd in a list, [] for a .mha; raises CraftmeshError if it is missing."""
     with open(path, "rb") as stream:
         return _metaimage_data(path, _header(path, stream))
 
@@ -146,7 +151,8 @@ def _header_numbers(
 ) -> np.ndarray | None:
     """Return the numbers of the first key in `names` that the header has; None if it has no such key.
 
-    kind: number type; count: required number of values, 0 for any. Raises CraftmeshError.
+    kind: number type; count: required number of values, 0 for any number. Raises CraftmeshError for other
+    values.
     """
     for name in names:
         if name in header:
@@ -155,7 +161,7 @@ def _header_numbers(
             except (ValueError, OverflowError):
                 numbers = np.zeros(0)
             if not numbers.size or count not in (0, numbers.size):
-                raise CraftmeshError(f"{path}: {name} is {header[name]!r}; expected {count or ''} numbers")
+                raise CraftmeshError(f"{path}: {name} is {header[name]!r}; write {count or 'only'} numbers")
             return numbers
     return None
 
@@ -163,7 +169,8 @@ def _header_numbers(
 def read_nrrd(path: str | os.PathLike) -> FileVolume:
     """Read the labels and, if present, `space directions` and `space origin`, or `spacings`.
 
-    The format's origin is the centre of the first voxel. Raises CraftmeshError, also for oblique axes.
+    The format's origin is the centre of the first voxel. Raises CraftmeshError for damaged or incomplete
+    files and for oblique axes.
     """
     with extra("formats"):
         import nrrd
@@ -191,7 +198,7 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def nrrd_data(path: Path) -> list[Path]:
-    """Return the data files of a .nhdr, [] for a .nrrd; raises CraftmeshError."""
+    """Return the data files of a .nhdr, [] for a .nrrd; raises CraftmeshError if one is missing."""
     with extra("formats"):
         import nrrd
 
@@ -204,9 +211,10 @@ def _nrrd_data(path: Path, header: Mapping[str, Any]) -> list[Path]:
 
 
 def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
-    """Return the labels of an NRRD header, from `rest`, the bytes after it, or from its data file.
+    """Return the labels that an NRRD header describes, from its data file if it has one, else from `rest`.
 
-    Only as many bytes as needed are unpacked. Keys on location and compression are changed in `header`.
+    rest: the file's bytes after the header. Only as many bytes as needed are unpacked. Changes `header` in
+    place: keys for the location and compression of the data are removed or replaced.
     """
     with extra("formats"):
         import nrrd

@@ -13,7 +13,8 @@ from craftmesh.io.surface_files import LISTED, vertices_of
 from craftmesh.io.text_table import Table, read_table
 
 TEXTS = (".txt", ".xyz", ".asc", ".pts")
-_VOID, _VOID_COLUMNS = "xyzr", 5  # columns of a void list; without header, id is before them
+# Columns of a void list (a row per spherical void), and their number without a header, where id is first.
+_VOID, _VOID_COLUMNS = "xyzr", 5
 _CENTRE = ("barycenterx", "barycentery", "barycenterz")
 _DIAMETER, _VOLUME = "eqdiameter", "volume3d"
 _NO_POINTS, _NO_SPHERES = np.zeros((0, 3)), np.zeros((0, 4))
@@ -47,8 +48,8 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
 class SourcePoints:
     """Places to refine around: points (k, 3) and spheres (s, 4) in model units, or voids (v, 4).
 
-    A row of spheres or voids is x, y, z, r. Those of voids are fractions: x, y, z of the model's box, r of
-    the cube root of its volume.
+    A row of spheres or voids is x, y, z, r. Voids are in fractions: x, y, z of the extents of the model's
+    box, r of the cube root of the box's volume.
     """
 
     points: np.ndarray
@@ -66,9 +67,9 @@ class SourcePoints:
 def read_source_points(path: Path) -> SourcePoints:
     """Read the points of a csv with x, y, z, the voids of a void list, or the pores of an Avizo table.
 
-    A void list has the columns id, x, y, z, r, in a header, or five columns without header. A table of
-    Avizo (Label Analysis, saved as csv) has BaryCenterX, Y, Z, and EqDiameter or Volume3d. Raises
-    CraftmeshError for other files, and for radii that are not > 0.
+    A void list has a header with x, y, z, r, or no header and the five columns id, x, y, z, r. A table of
+    Avizo (Label Analysis, saved as csv) has BaryCenterX, Y, Z, and EqDiameter or Volume3d; its pores are
+    spheres. Raises CraftmeshError for other files, and for radii that are not > 0.
     """
     pores = [(*_CENTRE, size) for size in (_DIAMETER, _VOLUME)]
     table = read_table(path, *pores, _VOID, "xyz")
@@ -102,8 +103,8 @@ def _pores(table: Table) -> np.ndarray:
 def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return points (k, 3) of a .vtp or .vti and the target lengths (k,) there, from the array `name`.
 
-    Cell data are the lengths at the cells' centres. Raises CraftmeshError for other files, a missing array,
-    and an array that is not scalar.
+    Point data are preferred. Cell data are taken as lengths at the cells' centres. Raises CraftmeshError
+    for other files, a missing array, and an array that is not scalar.
     """
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
@@ -128,7 +129,10 @@ def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _lattice(image: vtk_xml.Dataset, axes: list[np.ndarray]) -> np.ndarray:
-    """Return positions (k, 3) of an image's points from their indices on each axis, the first fastest."""
+    """Return positions (k, 3) of an image's points at all combinations of the indices on each axis.
+
+    axes: the indices along x, y, z; x varies fastest.
+    """
     at = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
     steps = image.place["direction"].reshape(3, 3) * image.place["spacing"]
     return at @ steps.T + image.place["origin"]

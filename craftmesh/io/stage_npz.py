@@ -29,7 +29,7 @@ _ENTRIES = {
 MAP_FORMAT = "craftmesh map 1"  # value of the entry `format`
 _MAP_ENTRIES = ("nodes", "elements", "lengths", "aspect_ratio")
 SOLUTION_FORMAT = "craftmesh solution 1"  # value of the entry `format`
-_HISTORY = "history "  # prefix of the entries of a history
+_HISTORY = "history "  # prefix of the entries that hold columns of a load history
 # Order of VTK's stress components, yz before xz.
 VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
@@ -39,8 +39,8 @@ def write_grain_tets(
 ) -> None:
     """Write the grains, in the given order, to one .npz; the same grains give the same bytes.
 
-    Arrays: grain (g,), the ids; nodes, interior, tets, each of all grains in sequence; counts (g, 3), their
-    numbers of rows per grain; record, how the grains were made, as JSON text in bytes.
+    Arrays: `grain` (g,), the ids; `nodes`, `interior` and `tets`, each for all grains in sequence; `counts`
+    (g, 3), the numbers of rows of these three per grain; `record`, how the grains were made, as JSON bytes.
     """
     text = np.frombuffer(json.dumps(record or {}).encode(), np.uint8)
     counts = np.array([[len(getattr(g, name)) for name in _FIELDS] for g in grains], np.int64)
@@ -63,7 +63,7 @@ def read_grain_tets(path: str | os.PathLike) -> list[GrainTets]:
 
 
 def read_record(path: str | os.PathLike) -> dict:
-    """Return the record of how the grains in a file were made; errors as in `read_grain_tets`."""
+    """Return the record of how the grains in a file were made; raises CraftmeshError if it is missing."""
     return json.loads(_arrays(path, ("record",))["record"].tobytes())
 
 
@@ -101,11 +101,11 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
 
 
 def write_map(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write the numbers of a mesh before in a new mesh, completely or not at all.
+    """Write the map from an old mesh to the new mesh that replaces it, completely or not at all.
 
-    Arrays: nodes (n,) and elements (m,), the new row of each old one or -1; lengths (k,), the target
-    lengths that the new mesh's nodes were made for; aspect_ratio, the mean of the last mesh that was made
-    from scratch.
+    Arrays: `nodes` (n,) and `elements` (m,), the row in the new mesh of each old node and element, or -1;
+    `lengths` (k,), the target lengths for which the new mesh's nodes were made; `aspect_ratio`, the mean
+    aspect ratio of the last mesh that was made from scratch.
     """
     write_arrays(path, {"format": np.array(MAP_FORMAT), **{name: arrays[name] for name in _MAP_ENTRIES}})
 
@@ -120,7 +120,7 @@ def _loaded(
 ) -> dict[str, np.ndarray]:
     """Return the entries of an .npz with the format `form`, which the subcommand `verb` writes.
 
-    needed: entries that must exist. Raises CraftmeshError.
+    needed: entries that must exist. Raises CraftmeshError for another format or a missing entry.
     """
     what = form.split()[1]
     made = f"a {what}.npz made by `craftmesh {verb}`"
@@ -152,12 +152,15 @@ def write_solutions(path: str | os.PathLike, solutions: Mapping[str, Solution]) 
 
 
 def read_solution(path: str | os.PathLike) -> Solution:
-    """Return the first solution in a file of `write_solutions`; raises CraftmeshError for other files."""
+    """Return the first load case's solution in a file of `write_solutions`; errors as `read_solutions`."""
     return next(iter(read_solutions(path).values()))
 
 
 def read_solutions(path: str | os.PathLike) -> dict[str, Solution]:
-    """Return the solutions in a file by load case, "" for a single one; errors as in `read_solution`."""
+    """Return the solutions in a file by load case, "" for a single one.
+
+    Raises CraftmeshError for a file that is not of `write_solutions`.
+    """
     arrays = _loaded(path, SOLUTION_FORMAT, "solve")
     names = arrays.get("load_cases", np.array([""])).tolist()
     found = {}
@@ -180,7 +183,7 @@ def write_solution_vtu(
     stress: np.ndarray,
     slip: np.ndarray | None = None,
 ) -> None:
-    """Write a .vtu of elements whose grains share no points, so that stresses may jump at boundaries.
+    """Write a .vtu of elements whose grains share no points, so that stresses may jump at their boundaries.
 
     points (p, 3), tets (m, 4 or 10), cell data `grain` (m,). Point data: `node` (p,), its number in the
     deck; `displacement` (p, 3); `stress` (p, 6), passed as 11, 22, 33, 12, 13, 23 and written as xx, yy,

@@ -59,7 +59,8 @@ def read_tesr(path: str | os.PathLike) -> FileVolume:
     """Read the cell labels of voxels, voxel sizes, origin, orientations and crystal symmetry.
 
     Labels are the cells' `*id` if the file has them; 0 is void. Orientations are those of the cells (*ori),
-    else of the voxels (**oridata, at voxels defined by **oridef). Raises CraftmeshError.
+    else those of the voxels (**oridata), NaN where **oridef is 0. Raises CraftmeshError for files that are
+    not a .tesr, for labels without a cell, and for wrong counts or conventions of orientations.
     """
     path = Path(path)
     content = path.read_bytes()
@@ -111,7 +112,7 @@ def _check_ids(path: Path, cells: np.ndarray, ids: np.ndarray, count: int) -> No
 
 
 def _fields(words: list[str]) -> dict[str, list[str]]:
-    """Return the words after each name that begins with stars, by this name."""
+    """Return the words of each section by its name, a word that begins with a star: *ori, **cell, ..."""
     fields: dict[str, list[str]] = {}
     name = ""
     for word in words:
@@ -156,7 +157,10 @@ def _cells(path: Path, data: bytes, shape: tuple[int, ...], kind: str) -> tuple[
 
 
 def _inline_or_beside(path: Path, rest: bytes) -> tuple[bytes, bytes | None]:
-    """Return the bytes with a section's numbers and, if these are in a *file, the bytes after its name."""
+    """Return the bytes with a section's numbers, and None.
+
+    If the numbers are in a file, named after *file, the second value is the bytes after this name.
+    """
     if not rest.lstrip().startswith(b"*file"):
         return rest, None
     _, name, after = (*rest.split(maxsplit=2), b"", b"")[:3]
@@ -168,7 +172,7 @@ def _beside(path: Path, name: bytes) -> Path:
 
 
 def tesr_data(path: Path) -> list[Path]:
-    """Return the files in which a .tesr stores numbers of its sections; raises CraftmeshError."""
+    """Return the files in which a .tesr stores numbers; raises CraftmeshError if one is missing."""
     if not path.stat().st_size:
         return []
     with open(path, "rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as content:
@@ -203,7 +207,7 @@ def _of_voxels(
 ) -> dict[str, Rotations]:
     """Return the voxels' orientations (nx, ny, nz, k), NaN at voxels that **oridef marks as undefined.
 
-    data: bytes from **oridata on; kind: data type as in `_cells`.
+    data: bytes from **oridata on; kind: data type in format 2.0, "" if each section names its own.
     """
     count = math.prod(shape)
     name, data = _word(_word(data)[1])
@@ -218,7 +222,7 @@ def _of_voxels(
 
 
 def _word(data: bytes) -> tuple[str, bytes]:
-    """Return the next word, and the bytes after it and, if it ends its line, after the line's end."""
+    """Return the next word and the bytes after it, without the line end if it is the last on its line."""
     word, rest = re.match(rb"\s*(\S*)[ \t\r]*\n?(.*)", data, re.S).groups()  # type: ignore[union-attr]
     return word.decode("ascii", "replace"), rest
 
@@ -228,7 +232,8 @@ def _floats(
 ) -> tuple[np.ndarray, bytes]:
     """Return `count` numbers of a section as floats, and the bytes after them.
 
-    data: from the section's data type on, or without it if `kind` gives it; dtype: of binary numbers.
+    data: begins with the section's data type, or with its numbers if `kind` is this type; dtype: type of
+    binary numbers. Raises CraftmeshError if there are fewer numbers.
     """
     kind, rest = (re.sub("binary.*", "binary", kind), data) if kind else _word(data)
     rest, after = _inline_or_beside(path, rest)
@@ -248,7 +253,11 @@ def _floats(
 def _rotations(
     path: Path, fields: Mapping[str, list[str]], section: str, name: str, numbers: np.ndarray
 ) -> Rotations:
-    """Return a section's numbers as Rotations, in degrees; name: Neper's descriptor and convention."""
+    """Return a section's numbers as Rotations, in degrees.
+
+    name: Neper's descriptor and convention, such as "rodrigues:active". Raises CraftmeshError for unknown
+    names, for incomplete rows, and if the format's version does not define the convention.
+    """
     descriptor, _, convention = name.partition(":")
     if descriptor not in _DESCRIPTORS or convention not in ("", "active", "passive"):
         raise CraftmeshError(
@@ -280,7 +289,7 @@ def _rotations(
 
 
 def _version(fields: Mapping[str, list[str]]) -> tuple[int, ...]:
-    """Return the file's format version as numbers; empty if it names none."""
+    """Return the file's format version as numbers, such as (2, 1); empty if the file has none."""
     name = " ".join(fields.get("**format", [])[:1])
     return tuple(map(int, name.split("."))) if re.fullmatch(r"[0-9]{1,4}(\.[0-9]{1,4})+", name) else ()
 

@@ -2,7 +2,8 @@
 
 The separator is the first of tab, semicolon, comma and blank that the header contains. A comma in a cell is
 a decimal mark; a table has only one kind of decimal mark. Column names may have capitals, and a unit in
-brackets after them. Lines that begin with # or // are comments. Text is UTF-8, or UTF-16 with its mark.
+brackets after them. Lines that begin with # or // are comments. Text is UTF-8, or UTF-16 with a byte order
+mark.
 """
 
 import codecs
@@ -17,8 +18,8 @@ import numpy as np
 from craftmesh.errors import CraftmeshError, existing_file
 
 TITLE_LINES = 3  # largest number of lines above the header, as in tables of Avizo
-_HEAD = re.compile(r"(.*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
-_MICRO = str.maketrans("\u00b5\u03bc", "uu")
+_HEAD = re.compile(r"(.*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")  # a column's name, and its unit in brackets
+_MICRO = str.maketrans("\u00b5\u03bc", "uu")  # both characters for micro count as u
 _DECIMAL_COMMAS = "; save numbers with points, or with semicolons between the columns"
 
 
@@ -26,8 +27,9 @@ _DECIMAL_COMMAS = "; save numbers with points, or with semicolons between the co
 class Table:
     """A table of text cells.
 
-    names: of the columns, empty if the file has no header; units: of the columns, "" if not given; rows:
-    cells, as many in each row as there are columns; lines: line number of each row in the file, from 1.
+    names: names of the columns, empty if the file has no header; units: their units, "" if not given; rows:
+    cells, one per column in each row; lines: line number of each row in the file, from 1. Names are
+    compared without regard to capitals.
     """
 
     path: str | os.PathLike
@@ -50,9 +52,9 @@ class Table:
         return [row[self._place(name)] for row in self.rows] if self.has([name]) else None
 
     def column(self, name: str) -> np.ndarray | None:
-        """Return a column (k,) as numbers; None if a cell is not a number.
+        """Return a column (k,) as numbers, NaN for "nan"; None if another cell is not a number.
 
-        Raises CraftmeshError if the table has both decimal points and decimal commas.
+        Raises CraftmeshError if the column has decimal commas and the table also decimal points.
         """
         at = self._place(name)
         try:
@@ -72,7 +74,8 @@ class Table:
     def numbers(self, names: Sequence[str]) -> np.ndarray:
         """Return the columns `names` as finite numbers (k, n).
 
-        Raises CraftmeshError for a missing column, different units, no row, or a cell that is not finite.
+        Raises CraftmeshError for a missing column, columns of different units, a table without rows, and a
+        cell that is not a finite number.
         """
         missing = [name for name in names if not self.has([name])]
         if missing:
@@ -104,11 +107,12 @@ class Table:
 
 
 def read_table(path: str | os.PathLike, *kinds: Sequence[str]) -> Table:
-    """Return a table. kinds: groups of column names, in lower case, by one of which the header is found.
+    """Return the table in a text file.
 
-    The header may have titles above it. If no line has such names, a first line with text is the header;
-    else the header may be in a comment; else the table has none. Raises CraftmeshError, naming the file and
-    line, for duplicate names and for rows longer or shorter than the header.
+    kinds: groups of column names in lower case; a line with all names of a group is the header. It may have
+    up to 3 lines of titles above it. If there is no such line, a first line with text is the header, else a
+    comment with all names of a group; else the table has no header. Raises CraftmeshError for missing,
+    empty or binary files, for duplicate names, and for rows longer or shorter than the header.
     """
     lines, comments = _lines(path)
     if not lines:
@@ -149,7 +153,7 @@ def _lines(path: str | os.PathLike) -> tuple[list[tuple[int, str]], list[str]]:
 
 
 def _separator(line: str) -> str:
-    """Return the separator of a line's cells; "" for blanks, also for tabs between numbers only."""
+    """Return the separator of a line's cells; "" for blanks, and for a line of only numbers and blanks."""
     words = line.split()
     is_bare = len(words) > 1 and all(map(_is_number, words))
     return "" if is_bare else next((mark for mark in "\t;," if mark in line), "")
@@ -162,7 +166,7 @@ def _cells(path: str | os.PathLike, lines: list[tuple[int, str]], separator: str
     try:
         found = list(csv.reader((line for _, line in lines), delimiter=separator, skipinitialspace=True))
     except csv.Error as error:
-        raise CraftmeshError(f"{path}: {error}; save the table as text") from None
+        raise CraftmeshError(f"{path}: cannot be read as a table ({error}); save it as .csv") from None
     if len(found) != len(lines):
         raise CraftmeshError(f"{path}: a quotation mark is not closed on its line; close or remove it")
     return [[cell.strip() for cell in row] for row in found]

@@ -18,7 +18,7 @@ from craftmesh.io.file_volume import FileVolume
 SUFFIXES = (".tif", ".tiff")
 Place = tuple[np.ndarray | None, str]  # spacing (3,) along x, y, z, None if unknown, and its unit
 NO_PLACE: Place = None, ""
-# Largest unpacked over stored size, by the tag Compression; others are unlimited.
+# Largest ratio of unpacked to stored size, by the value of the tag Compression; other values: unlimited.
 _RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}
 # Options of tifffile that read files as plain pages, without other files that their headers name.
 _ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), False)
@@ -27,7 +27,8 @@ _ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), Fa
 def read_tiff(path: str | os.PathLike) -> FileVolume:
     """Read a stack of integer slices: one file, or a folder with slices in the order of their numbers.
 
-    The spacing of one file is that in its ImageJ or OME header, else None. Raises CraftmeshError.
+    The spacing of a single file is taken from its ImageJ or OME header; otherwise it is None. Raises
+    CraftmeshError for damaged files, colours or several channels, and slices that differ in size or type.
     """
     path = Path(path)
     files = slice_files(path) if path.is_dir() else [path]
@@ -93,9 +94,9 @@ def _numbers(folder: Path, files: list[Path]) -> dict[Path, int]:
 
 
 def _pages(file: Path) -> tuple[np.ndarray, Place]:
-    """Return the pages (z, y, x) of a file, with their spacing and unit; raises CraftmeshError.
+    """Return the pages (z, y, x) of a file, and their spacing and unit.
 
-    The pages must be grey and of the same size and type.
+    Raises CraftmeshError unless the pages are complete, grey, and of the same size and type.
     """
     with extra("formats"):
         import tifffile
@@ -117,10 +118,10 @@ def _pages(file: Path) -> tuple[np.ndarray, Place]:
                     f"{file}: has pages of {len(kinds)} sizes or types, shape {series[0].shape} (axes "
                     f"{series[0].axes}); expected equal grey pages (z, y, x), save only one channel"
                 )
-            # some writers make a series of each page
+            # Some programs write each page as a series of its own.
             found = np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
         missed = [fault for fault in said if fault.startswith("<tifffile.TiffPage")]
-        if missed:  # later pages are left out or zero
+        if missed:  # tifffile logs a damaged page, and leaves it out or fills it with zeros
             raise ValueError(missed[0])
         return found, place
     except CraftmeshError:
@@ -131,7 +132,7 @@ def _pages(file: Path) -> tuple[np.ndarray, Place]:
 
 
 def _place(file: Path, tif: Any) -> Place:
-    """Return spacing and unit from a file's ImageJ or OME header.
+    """Return spacing and unit from a file's ImageJ or OME header, NO_PLACE if they are not complete.
 
     Raises CraftmeshError for several channels, and for several times with several slices.
     """
@@ -160,9 +161,9 @@ def _place(file: Path, tif: Any) -> Place:
 
 
 def _refuse_colours(file: Path, pages: Any) -> None:
-    """Raise CraftmeshError for pages of several values per pixel, unless the file calls them grey.
+    """Raise CraftmeshError for pages of several values per pixel, unless the file's tags call them grey.
 
-    Grey pages of this kind are stacks that tifffile misread.
+    Grey pages with several values per pixel are narrow stacks, whose slices tifffile took for channels.
     """
     page = pages.keyframe
     if page.samplesperpixel > 1 and (page.photometric > 1 or any(page.extrasamples)):

@@ -18,7 +18,7 @@ def template_file(name: str) -> Path:
 def read_template(name: str) -> Any:
     """Return the content of a template; name: one of PRESETS, or the path of a YAML file.
 
-    Raises CraftmeshError if the file is missing or not YAML.
+    The content is not checked here. Raises CraftmeshError if the file is missing or not YAML.
     """
     path = template_file(name)
     if not path.exists():

@@ -55,9 +55,9 @@ _NO_GRAINS = {
 
 
 def format_of(path: Path) -> str:
-    """Return the format of a file or folder, a key of SUFFIXES, also from HDF5 content.
+    """Return the format of a file or folder, a key of SUFFIXES: by its name, or for .h5 by its content.
 
-    Errors as in `format_by_name`, and for HDF5 files of unknown content.
+    Raises CraftmeshError for files without grains, unknown suffixes, and HDF5 files of unknown content.
     """
     return format_by_name(path) or _of_hdf5(path)
 
@@ -97,4 +97,4 @@ def _of_hdf5(path: Path) -> str:
                 return kind
         if any(f"{name}/EBSD" in file for name in file):
             raise CraftmeshError(f"{path}: {_MAP}")
-        raise CraftmeshError(f"{path}: has groups {listed(file)}; expected one of {', '.join(_BY_GROUP)}")
+        raise CraftmeshError(f"{path}: has groups {listed(file)}; give a file with {', '.join(_BY_GROUP)}")

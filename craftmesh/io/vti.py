@@ -34,8 +34,8 @@ _ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # array names of DAMASK an
 def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
     """Read grain ids from a cell array: `dataset`, or the first of the usual names, or the only array.
 
-    In DAMASK's array `material`, 0 is a grain. Raises CraftmeshError, also for oblique axes and for a
-    rectilinear grid (.vtr) of uneven spacing.
+    In DAMASK's array `material`, 0 is a grain. Raises CraftmeshError for damaged files, no unique array,
+    labels as point data, rotated axes, and a rectilinear grid (.vtr) of uneven spacing.
     """
     image = _image(path)
     direction = image.place["direction"]
@@ -74,7 +74,7 @@ def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
 
 
 def _image(path: str | os.PathLike) -> vtk_xml.Dataset:
-    """Return the image of a .vti, or of a .vtr with even spacing, else raise CraftmeshError."""
+    """Return the image of a .vti, or of a .vtr with even spacing; raises CraftmeshError for other files."""
     if Path(path).suffix.lower() != ".vtr":
         return vtk_xml.read_dataset(path, "ImageData")
     grid = vtk_xml.read_dataset(path, "RectilinearGrid")
@@ -95,9 +95,10 @@ def _image(path: str | os.PathLike) -> vtk_xml.Dataset:
 def _described(
     image: vtk_xml.Dataset, labels: str, shape: tuple[int, ...]
 ) -> tuple[dict[str, Rotations], np.ndarray | None, list[str]]:
-    """Return Bunge's angles and phases of the cells (nx, ny, nz), and names of arrays that are not read.
+    """Return Bunge's angles by name, phases of the cells (nx, ny, nz), and names of arrays not read.
 
-    labels: name of the array of grain ids; shape: numbers of cells along x, y, z.
+    labels: name of the array of grain ids; shape: numbers of cells along x, y, z. Phases are None if the
+    file has none.
     """
     orientations: dict[str, Rotations] = {}
     phases, unread = None, []

@@ -77,7 +77,7 @@ def read_crack(path: str | os.PathLike) -> Crack:
 
 
 def read_polygons(path: str | os.PathLike) -> Surface | Crack:
-    """Return the surface in a .vtp with cell data `sides`, else the crack in it."""
+    """Return the surface in a .vtp with cell data `sides`, else the crack in it; raises CraftmeshError."""
     is_surface = "sides" in read_dataset(path, "PolyData").at_cells
     return read_surface(path) if is_surface else read_crack(path)
 
@@ -90,7 +90,10 @@ def read_body(path: Path) -> Voxels | Surface:
 
 
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
-    """Write a .vti with cell data `labels` int32, and orientations and phases as field data."""
+    """Write a .vti with cell data `labels` int32, and orientations and phases of grains as field data.
+
+    Spacing and origin are field data too. Crystals and orientations of voxels are not written.
+    """
     place = {"spacing": voxels.spacing, "origin": voxels.origin}
     optional = {"orientations": voxels.orientations, "phases": voxels.phases}
     known = {name: values for name, values in optional.items() if values is not None}
@@ -119,7 +122,10 @@ def write_tets(path: str | os.PathLike, mesh: TetMesh) -> None:
 
 
 def tets_alone(points: np.ndarray, tets: np.ndarray, **arrays: Arrays) -> Dataset:
-    """Return a grid of tetrahedra (m, 4 or 10) on points (n, 3); arrays: further fields of `Dataset`."""
+    """Return an unstructured grid of only tetrahedra (m, 4 or 10) on points (n, 3).
+
+    arrays: further fields of `Dataset`, such as at_cells.
+    """
     types = np.full(len(tets), VTK_CELL_TYPE[tets.shape[1]], np.uint8)
     return Dataset(points=points, cells={"Cells": in_rows(tets)}, types=types, **arrays)
 
@@ -169,7 +175,10 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
 
 
 def _triangles(path: str | os.PathLike, poly: Dataset) -> tuple[np.ndarray, slice]:
-    """Return the triangles (m, 3) of a PolyData and the slice of their rows in its cell data."""
+    """Return the triangles (m, 3) of a PolyData and the slice of their rows in its cell data.
+
+    Raises CraftmeshError if a polygon is not a triangle, or if there are triangle strips.
+    """
     connectivity, offsets = poly.cells["Polys"]
     verts, lines, strips = (len(poly.cells[name][1]) - 1 for name in ("Verts", "Lines", "Strips"))
     if (np.diff(offsets) != 3).any() or strips:

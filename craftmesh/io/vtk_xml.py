@@ -28,9 +28,9 @@ class Dataset:
     """The content of a VTK XML file.
 
     at_points, at_cells, others: point, cell and field data, arrays (k,) or (k, c) by name; points (n, 3);
-    cells: connectivity and offsets by section Verts, Lines, Strips, Polys or Cells; types (m,): VTK's cell
-    types of a grid; place: extent (6,), steps, spacing, origin (3,) and direction (9,) of an image, and x,
-    y, z (k,), the planes of a rectilinear grid.
+    cells: connectivity and offsets (which begin with 0) by section Verts, Lines, Strips, Polys or Cells;
+    types (m,): VTK's cell types of a grid; place: extent (6,), steps (3,) (numbers of cells), spacing (3,),
+    origin (3,) and direction (9,) of an image, and x, y, z (k,), the planes of a rectilinear grid.
     """
 
     at_points: Arrays = field(default_factory=dict)
@@ -47,12 +47,16 @@ class Dataset:
         return np.add.reduceat(self.points[corners], offsets[:-1]) / np.diff(offsets)[:, None]
 
     def elements(self, path: str | os.PathLike) -> np.ndarray:
-        """Return a grid's cells (m, k); raises CraftmeshError, with `path`, if they differ in size k."""
+        """Return the cells (m, k) of an unstructured grid as node ids.
+
+        path: for errors. Raises CraftmeshError if the cells differ in their number of nodes, or if there
+        are none.
+        """
         connectivity, offsets = self.cells["Cells"]
         sizes = np.unique(np.diff(offsets))
         if len(sizes) != 1:
             raise CraftmeshError(
-                f"{path}: has cells of {sizes.tolist()} nodes; expected elements of one type"
+                f"{path}: has cells of {sizes.tolist()} nodes; give a mesh whose elements have one type"
             )
         return connectivity.reshape(-1, sizes[0])
 
@@ -97,12 +101,12 @@ def write_dataset(path: str | os.PathLike, kind: str, data: Dataset) -> None:
 
 
 def _narrow(ids: np.ndarray) -> np.ndarray:
-    """Return ids as int32 where they fit: half as much to pack."""
+    """Return int64 ids as int32 if all fit, which halves the bytes to compress; else unchanged."""
     return ids.astype(np.int32) if ids.max(initial=0) <= np.iinfo(np.int32).max else ids
 
 
 def _add_section(above: Element, name: str, arrays: Arrays, packed: list[bytes]) -> None:
-    """Add a section with headers of the arrays (k,) or (k, c) to `above`, and their bytes to `packed`."""
+    """Add a section of arrays (k,) or (k, c): their headers to `above`, their packed bytes to `packed`."""
     section = SubElement(above, name)
     for key, values in arrays.items():
         place = {"format": "appended", "offset": str(sum(map(len, packed)))}
@@ -129,7 +133,7 @@ def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:
             dataset = build[kind](VtkFile(path, kind))
     except (ValueError, LookupError, TypeError, ArithmeticError, SyntaxError) as error:
         raise CraftmeshError(
-            f"{path}: is no intact VTK XML {kind} file ({error}); write it again"
+            f"{path}: is not an intact VTK XML {kind} file ({error}); write it again"
         ) from None
     as_array(f"{path}: points", dataset.points, float, (None, 3))
     return dataset
@@ -139,7 +143,7 @@ def _image(file: VtkFile) -> Dataset:
     extent, own = (_numbers(e, key, 6) for e, key in ((file.whole, "WholeExtent"), (file.piece, "Extent")))
     steps = [int(high - low) for low, high in zip(extent[::2], extent[1::2])]
     if min(steps) < 0 or own != extent:
-        raise ValueError(f"extent {own} of {extent}")
+        raise ValueError(f"its piece has the extent {own}, the whole file {extent}")
     points, cells = (math.prod(max(n + more, 1) for n in steps) for more in (1, 0))
     place = {"extent": np.array(extent, int), "steps": np.array(steps)}
     for key, default in (("Spacing", "1 1 1"), ("Origin", "0 0 0"), ("Direction", "1 0 0 0 1 0 0 0 1")):
@@ -151,7 +155,7 @@ def _planes(file: VtkFile) -> Dataset:
     image = _image(file)
     planes = dict(zip("xyz", map(np.ravel, file.arrays("Coordinates").values())))
     if [len(at) for at in planes.values()] != (image.place["steps"] + 1).tolist():
-        raise ValueError(f"coordinates of {[len(at) for at in planes.values()]} planes")
+        raise ValueError(f"{[len(at) for at in planes.values()]} planes do not fit the extent")
     return replace(image, place={**image.place, **planes})
 
 
@@ -172,7 +176,7 @@ def _grid(file: VtkFile) -> Dataset:
         cells, types = _cells(arrays, count, len(points)), arrays["types"].astype(np.uint8)
         sizes = np.diff(cells[1])
         if len(types) != count or any((sizes[types == t] != n).any() for t, n in _CELL_SIZES.items()):
-            raise ValueError(f"{len(types)} types of {count} cells, or nodes that do not fit them")
+            raise ValueError(f"{len(types)} types do not fit {count} cells and their numbers of nodes")
     return Dataset(*_data(file, len(points), count), points, {"Cells": cells}, types)
 
 
@@ -180,7 +184,7 @@ def _numbers(element: Element, key: str, count: int, default: str | None = None)
     text = element.attrib[key] if default is None else element.get(key, default)
     numbers = [float(word) for word in text.split()]
     if len(numbers) != count:
-        raise ValueError(f"{key} {text}, expected {count} numbers")
+        raise ValueError(f"{key} is {text}, expected {count} numbers")
     return numbers
 
 
@@ -188,7 +192,7 @@ def _points(file: VtkFile) -> np.ndarray:
     count = int(file.piece.get("NumberOfPoints", 0))
     coordinates = [*file.arrays("Points", count).values(), np.zeros((0, 3))][0]
     if coordinates.shape != (count, 3):
-        raise ValueError(f"Points of shape {coordinates.shape}, expected {count} of three numbers")
+        raise ValueError(f"Points have shape {coordinates.shape}, expected {count} points of three numbers")
     return coordinates
 
 
@@ -197,9 +201,9 @@ def _cells(arrays: Mapping[str, np.ndarray], count: int, points: int) -> tuple[n
     offsets = np.concatenate([[0], arrays["offsets"].astype(np.int64)])
     connectivity = arrays["connectivity"].astype(np.int64)[: max(offsets[-1], 0)]
     if len(offsets) != count + 1 or (np.diff(offsets) < 0).any() or len(connectivity) != offsets[-1]:
-        raise ValueError(f"{len(offsets) - 1} offsets up to {offsets[-1]} of {count} cells")
+        raise ValueError(f"{len(offsets) - 1} offsets up to {offsets[-1]} do not fit {count} cells")
     if len(connectivity) and not 0 <= connectivity.min() <= connectivity.max() < points:
-        raise ValueError(f"cells of points {connectivity.min()} to {connectivity.max()} of {points}")
+        raise ValueError(f"cells have points {connectivity.min()} to {connectivity.max()} of {points}")
     return connectivity, offsets
 
 
@@ -210,7 +214,10 @@ def _data(file: VtkFile, points: int, cells: int) -> tuple[Arrays, Arrays, Array
 def named_array(
     path: str | os.PathLike, arrays: Mapping[str, np.ndarray], names: Sequence[str], where: str
 ) -> np.ndarray:
-    """Return the first of `names` in `arrays`; raises CraftmeshError if none is. where: for the error."""
+    """Return the first of `names` in `arrays`; raises CraftmeshError if none is there.
+
+    where: what the arrays are, such as "cell data", for the error.
+    """
     for name in names:
         if name in arrays:
             return arrays[name]

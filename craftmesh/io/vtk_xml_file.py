@@ -25,15 +25,16 @@ _METHODS = {
     "vtkLZMADataCompressor": "lzma",
     "vtkLZ4DataCompressor": "lz4",
 }
-# Largest unpacked over packed size by method, None: unlimited.
+# Largest ratio of unpacked to packed size, by compression method; None: unlimited.
 _RATIOS = {"": 1, "deflate": DEFLATE, "lzma": None, "lz4": 255}
 _APPENDED = b"<AppendedData"
 
 
 class VtkFile:
-    """A VTK XML file, open for reading: `whole` and `piece`, XML elements, and `arrays`.
+    """A VTK XML file, open for reading.
 
-    Raises ValueError, LookupError and the like if the file breaks the format, and CraftmeshError for arrays
+    whole: the XML element of the dataset; piece: the element of its only piece. Constructor and `arrays`
+    raise ValueError, LookupError and the like if the file breaks the format, and CraftmeshError for arrays
     larger than the file can contain.
     """
 
@@ -46,7 +47,7 @@ class VtkFile:
         root = ElementTree.fromstring(head)
         whole = root.find(kind)
         if root.tag != "VTKFile" or root.get("type") != kind or whole is None:
-            raise ValueError(f"is a {root.get('type')}")
+            raise ValueError(f"its type is {root.get('type')}")
         pieces = whole.findall("Piece")
         if len(pieces) != 1:
             raise ValueError(f"{len(pieces)} pieces, expected one: join them in ParaView")
@@ -63,7 +64,8 @@ class VtkFile:
     def arrays(self, section: str, count: int | None = None) -> dict[str, np.ndarray]:
         """Return the arrays (count,) or (count, c) of numbers in a section, such as CellData, by name.
 
-        If `count` is None, each array has the length in its header, or that of its data.
+        If `count` is None, each array has the number of rows in its header, else as many as its data fill.
+        Arrays of text are left out.
         """
         above = self.whole if section == "FieldData" else self.piece
         elements = [element for part in above.findall(section) for element in part]
@@ -103,7 +105,8 @@ class VtkFile:
     def _unpacked(self, source: memoryview, is_raw: bool) -> bytes:
         """Return the unpacked bytes of all blocks.
 
-        Their header has the number of blocks, a block's size, the last one's, and their packed sizes.
+        The blocks' header has the number of blocks, the size of a full block, the size of a last block that
+        is shorter (else 0), and the packed size of each block.
         """
         count = int(np.frombuffer(_taken(source, self._word.itemsize, is_raw), self._word, 1)[0])
         if not count:
@@ -129,5 +132,5 @@ def _taken(source: memoryview, size: int, is_raw: bool) -> bytes | memoryview:
     stored = source[: _stored(size, is_raw)]
     part = stored if is_raw else base64.b64decode(stored, validate=True)[:size]
     if len(part) < size:
-        raise ValueError(f"{len(part)} of {size} bytes")
+        raise ValueError(f"an array has {len(part)} of {size} bytes")
     return part

@@ -9,12 +9,17 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError, existing_file
 
-_OTHERWISE = re.compile(r"[-+]?(0[0-9_]|[0-9_]+:)")  # YAML 1.1 reads 0012 as 10 and 12:30 as 750
+# Numbers that YAML 1.1 does not read as decimal ones: 0012 as 10 and 12:30 as 750.
+_OTHERWISE = re.compile(r"[-+]?(0[0-9_]|[0-9_]+:)")
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_yaml(path: Path) -> Any:
-    """Return the content of a YAML or JSON file; raises CraftmeshError that names the file and lines."""
+    """Return the content of a YAML or JSON file, None if it is empty.
+
+    Raises CraftmeshError, with the file and often the line, for missing files, text that is not YAML in
+    UTF-8, duplicate keys, and octal or sexagesimal numbers.
+    """
     try:
         content = existing_file(path, "give a YAML file").read_bytes()
         if content.startswith(_WIDE):
@@ -27,7 +32,10 @@ def read_yaml(path: Path) -> Any:
 
 
 def parse_yaml(text: str, place: str) -> Any:
-    """Return the content of a text in YAML or JSON; raises CraftmeshError, beginning with `place`."""
+    """Return the content of a text in YAML or JSON, None if it is empty.
+
+    Raises CraftmeshError as `read_yaml`; its message begins with `place`.
+    """
     import yaml
 
     if "\t" in text and _is_json(text):

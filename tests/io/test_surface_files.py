@@ -218,7 +218,7 @@ def test_mixed_formats_missing_files_and_unknown_suffixes_are_refused(tmp_path):
     with pytest.raises(CraftmeshError, match=r"'\.step' is not known; expected \.stl, .* or \.3mf, or"):
         read_triangles(tmp_path / "a.step")
     (tmp_path / "a.glb").touch()
-    with pytest.raises(CraftmeshError, match="is not a whole GLB file"):
+    with pytest.raises(CraftmeshError, match="is not a complete GLB file"):
         read_triangles(tmp_path / "a.glb")
 
 

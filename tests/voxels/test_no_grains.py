@@ -295,8 +295,8 @@ def test_uneven_and_false_rectilinear_grids(tmp_path):
     path = vtr(tmp_path, planes)
     text = path.read_bytes().replace(b'Extent="0 9 0 10 0 11"', b'Extent="0 9 0 11 0 10"')
     path.write_bytes(text)
-    with pytest.raises(CraftmeshError, match="is no intact VTK XML RectilinearGrid"):
+    with pytest.raises(CraftmeshError, match="is not an intact VTK XML RectilinearGrid"):
         read_voxels(path)
     path.write_bytes(b"<VTKFile type='RectilinearGrid'>")
-    with pytest.raises(CraftmeshError, match="no intact"):
+    with pytest.raises(CraftmeshError, match="not an intact"):
         read_voxels(path)
