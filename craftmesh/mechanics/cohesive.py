@@ -24,9 +24,10 @@ _GROUPS = {"cubic": "O", "hexagonal": "D6", "tetragonal": "D4", "trigonal": "D3"
 class CohesiveLaw:
     """A traction-separation law: stiffness (stress / length), strength (stress), energy (stress * length).
 
-    shear_...: values tangential to the boundary, equal to the normal ones if 0. Without strength and energy
-    there is no damage. Damage begins where the sum of squared ratios of stress to strength reaches 1;
-    energies are mixed with the power eta (Benzeggagh & Kenane 1996). viscosity: time by which damage lags.
+    shear_...: values tangential to the boundary; 0 means the value normal to it. With strength and energy
+    of 0 there is no damage. Damage begins where the sum of squared ratios of stress to strength reaches 1.
+    The energies of mixed modes follow Benzeggagh & Kenane (1996) with the power eta. viscosity: time by
+    which damage lags behind the separation.
     """
 
     stiffness: float
@@ -44,7 +45,10 @@ class CohesiveLaw:
                 object.__setattr__(self, f"shear_{name}", getattr(self, name))
 
     def with_lengths(self, scale: float) -> "CohesiveLaw":
-        """Return the law in a unit in which lengths are `scale` times as large; stresses stay."""
+        """Return the law in another unit of length: stiffness over `scale`, energies times `scale`.
+
+        scale: a length's number in the new unit over its number in the old one. Stresses keep their unit.
+        """
         parts = {f.name: getattr(self, f.name) for f in fields(self)}
         return replace(
             self,
@@ -55,7 +59,10 @@ class CohesiveLaw:
 
 @dataclass(frozen=True, eq=False)
 class CohesiveLayers:
-    """Laws and elements (k, 6) by pair of grains (a < b): three nodes on a, then three on b over them."""
+    """Laws and elements (k, 6) by pair of grains (a < b).
+
+    An element has three nodes on grain a, then the three nodes on grain b at the same positions.
+    """
 
     laws: Mapping[tuple[int, int], CohesiveLaw]
     elements: Mapping[tuple[int, int], np.ndarray]
@@ -65,10 +72,11 @@ Scope = str | tuple[int, int]
 
 
 def parse_cohesive(texts: Iterable[str]) -> dict[Scope, CohesiveLaw | None]:
-    """Return laws by scope from texts: ALL, LOW_ANGLE or a pair of grains; None means no layer there.
+    """Return laws by the boundaries to which they apply; None means no layer there.
 
-    texts such as "all:stiffness=1e6,strength=300,energy=0.5", "low_angle:none" or "3-7:stiffness=2e6".
-    Raises CraftmeshError for texts of another form.
+    A key is ALL, LOW_ANGLE (low-angle boundaries) or a pair of grains (a < b). texts such as
+    "all:stiffness=1e6,strength=300,energy=0.5", "low_angle:none" or "3-7:stiffness=2e6". Raises
+    CraftmeshError for texts of another form and for two texts of one key.
     """
     found: dict[Scope, CohesiveLaw | None] = {}
     for text in texts:
@@ -111,11 +119,12 @@ def laws_of_pairs(
     phases: np.ndarray | None = None,
     crystals: Mapping[int, Crystal] | None = None,
 ) -> dict[tuple[int, int], CohesiveLaw]:
-    """Return laws by pair (a < b) with a layer; the pair's own text comes first, then low_angle, then all.
+    """Return the laws of the pairs (a < b) that have a layer.
 
-    phases (n,): row = grain id; crystals: by phase. Raises CraftmeshError if a text names a pair without a
-    common boundary, and if a disorientation is needed but orientations or the crystal's symmetry are
-    unknown.
+    A pair's law is that of its own text, else of low_angle if its disorientation is below LOW, else of all.
+    pairs: grains with a common boundary; phases (n,): row = grain id; crystals: by phase. Raises
+    CraftmeshError if a text names another pair, and if a disorientation is needed but orientations or the
+    crystal's symmetry are unknown.
     """
     rows = parse_cohesive(texts)
     lost = [scope for scope in rows if isinstance(scope, tuple) and scope not in pairs]
@@ -142,7 +151,11 @@ def _disorientation(
     phases: np.ndarray | None,
     crystals: Mapping[int, Crystal],
 ) -> float:
-    """Return the smallest angle in degrees between two grains by symmetry; 180 if their phases differ."""
+    """Return the disorientation of two grains in degrees; 180 if their phases differ.
+
+    It is the smallest rotation angle over all symmetrically equivalent orientations. Raises CraftmeshError
+    if an orientation or the symmetry is unknown.
+    """
     of = [0 if phases is None else int(phases[grain]) for grain in pair]
     if of[0] != of[1]:
         return 180.0

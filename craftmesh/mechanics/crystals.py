@@ -9,8 +9,7 @@ from craftmesh.mechanics.materials import Material, parse_materials, turned
 from craftmesh.types import Crystal
 
 # Rotations (axis, degrees) that leave the elastic constants of every crystal class of a structure
-# unchanged.
-# Source: J. F. Nye, Physical Properties of Crystals (1985), table 9.
+# unchanged. Source: J. F. Nye, Physical Properties of Crystals (1985), table 9.
 _TURNS = {
     "cubic": (("x", 90), ("z", 90)),
     "hexagonal": (("z", 60),),
@@ -18,7 +17,9 @@ _TURNS = {
     "trigonal": (("z", 120),),
     "orthorhombic": (("x", 180), ("z", 180)),
 }
-_MISFIT = 0.01  # largest relative change of stiffness: constants are measured to about a percent
+# Largest change of the stiffness by such a rotation, relative to the largest constant: constants are
+# measured to about a percent.
+_MISFIT = 0.01
 # Constants in MPa at room temperature.
 # Source: G. Simmons and H. Wang, Single Crystal Elastic Constants (1971).
 METALS = {
@@ -64,9 +65,9 @@ def misfits(
 def known_material(crystal: Crystal) -> tuple[str, str, bool]:
     """Return a material text for a crystal, its description, and True if it only stands in for the crystal.
 
-    A metal of METALS with the crystal's structure and name is its own. Stand-ins are copper for cubic and
-    unknown structures, titanium for hexagonal ones, and an isotropic material for others, which need 21
-    constants.
+    A metal of METALS that has the crystal's structure and name does not only stand in. Other crystals get
+    copper if their structure is cubic or unknown, titanium if it is hexagonal, and an isotropic material
+    for other structures, whose own constants would be 21 numbers.
     """
     name = {"aluminum": "aluminium"}.get(crystal.name.strip().lower(), crystal.name.strip().lower())
     text = METALS.get(name, "")
@@ -81,9 +82,10 @@ def known_material(crystal: Crystal) -> tuple[str, str, bool]:
 def described_materials(
     materials: Mapping[int | None, Material], crystals: Mapping[int, Crystal]
 ) -> dict[int | None, str]:
-    """Return words for each material by its key: a metal's name if known, and whether it only stands in.
+    """Return a description of each material by its key in `materials`, a phase or None for all phases.
 
-    crystals: by phase, as in `Voxels`; a material for all phases (key None) is that of phase 0.
+    It has kind and constants, the name of a metal with these constants, and whether the material only
+    stands in for the crystal. crystals: by phase, as in `Voxels`; key None gets the crystal of phase 0.
     """
     found = {}
     for phase, material in materials.items():

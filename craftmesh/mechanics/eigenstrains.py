@@ -18,7 +18,7 @@ def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
     """Return strains (3, 3) by phase from texts such as "isotropic:1e-3" or "2=orthotropic:1e-3,1e-3,0".
 
     A text without a phase applies to all phases (key None). Raises CraftmeshError for texts of another
-    form.
+    form and for components over 1 in magnitude.
     """
     found = {}
     for key, (kind, values) in numbers_by_phase("eigenstrain", texts, _EXPECTED).items():
@@ -35,7 +35,10 @@ def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
 
 
 def as_strain(numbers: np.ndarray) -> np.ndarray:
-    """Return the strain (3, 3) of 1 component (isotropic), 3 (11, 22, 33) or 6 (then 12, 13, 23)."""
+    """Return a strain (3, 3) from 1 component (isotropic), 3 (11, 22, 33) or 6 (11, 22, 33, 12, 13, 23).
+
+    Shears are tensor components, half the engineering shears.
+    """
     if len(numbers) < 6:
         return np.diag(np.broadcast_to(numbers, 3)) + 0.0
     return numbers[COMPONENT]
@@ -49,11 +52,12 @@ def components(strain: np.ndarray) -> np.ndarray:
 def eigenstrains_of_grains(
     texts: Sequence[str], grains: np.ndarray, phases: np.ndarray | None, axes: Mapping[int, np.ndarray]
 ) -> np.ndarray:
-    """Return the strain (g, 3, 3) of each of the grains (g,) in its own axes, 0 for phases without one.
+    """Return the eigenstrain (g, 3, 3) of each of the grains (g,) in its own axes; 0 if its phase has none.
 
-    texts: see `parse_eigenstrains`; phases (n,): row = grain id; axes: by grain of known orientation.
-    Raises CraftmeshError if strains are given by phase but phases are unknown or no grain has them, and if
-    a strain that is not isotropic falls to a grain without an orientation.
+    texts: such as "2=isotropic:1e-3" (`parse_eigenstrains`); phases (n,): row = grain id; axes: crystal
+    axes (6,) by grain of known orientation. Raises CraftmeshError if strains are given by phase but phases
+    are unknown or no grain has them, and if a grain without orientation gets a strain that is not
+    isotropic.
     """
     given = parse_eigenstrains(texts)
     if given and phases is None and None not in given:
@@ -78,7 +82,10 @@ def eigenstrains_of_grains(
 def given_strains(
     given: Mapping[int, np.ndarray], grains: np.ndarray, axes: Mapping[int, np.ndarray]
 ) -> np.ndarray:
-    """Return strains (g, 3, 3) of grains (g,), each in its grain's axes; `given`: by id, in sample axes."""
+    """Return strains (g, 3, 3) of grains (g,), each in its grain's axes.
+
+    given: the strain (3, 3) of every grain by id, in sample axes; axes: crystal axes (6,) by grain.
+    """
     found = []
     for grain in grains.tolist():
         turn, strain = axes_of(grain, axes), given[grain]
@@ -87,7 +94,10 @@ def given_strains(
 
 
 def axes_of(grain: int, axes: Mapping[int, np.ndarray]) -> np.ndarray:
-    """Return the axes of a grain as columns (3, 3), the sample's axes if `axes` lacks the grain."""
+    """Return the crystal axes of a grain as columns (3, 3); the sample's axes if `axes` lacks the grain.
+
+    axes: by grain, the sample components (6,) of the crystal's first and second axis.
+    """
     if grain not in axes:
         return np.eye(3)
     first, second = axes[grain].reshape(2, 3)

@@ -23,10 +23,10 @@ _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 class FaceRow(NamedTuple):
     """The load or support of a plane of the box along an axis (0, 1, 2), normal to the plane or in it.
 
-    kind: FIXED; STRAIN, the displacement over the box's length normal to the plane; or STRESS, a component
-    of the stress. A value counts along the axis on MAX planes and against it on MIN planes, as the traction
-    of a stress does: the same value on both is a uniform tension or shear. case: the load case of the row,
-    "" for all load cases.
+    kind: FIXED, no displacement; STRAIN, a displacement relative to the box's length normal to the plane;
+    or STRESS, a component of the stress. Positive values point along the axis on MAX planes and against it
+    on MIN planes, as the traction of a stress does, so the same value on both is a uniform tension or
+    shear. case: the load case of the row, "" for all load cases.
     """
 
     plane: str
@@ -47,12 +47,15 @@ class FaceRow(NamedTuple):
 
 
 def parse_faces(texts: Iterable[str]) -> tuple[FaceRow, ...]:
-    """Return the rows that texts describe; raise CraftmeshError for texts of another form."""
+    """Return the rows that texts such as "ZMAX.x=stress:30" describe; "z=stress:30" describes two.
+
+    Raises CraftmeshError for texts of another form and for strains over 1 in magnitude.
+    """
     return tuple(row for text in texts for row in _rows(text))
 
 
 def _rows(text: str) -> list[FaceRow]:
-    """Return the row of a text; if it names only an axis, the fixed near face, then the pulled far face."""
+    """Return the row of a text; if it names only an axis, rows of the fixed MIN and the loaded MAX face."""
     place, _, what = text.partition("=")
     case, _, place = (part.strip() for part in place.rpartition("/"))
     is_tension = place in ("x", "y", "z")
@@ -72,7 +75,7 @@ def _rows(text: str) -> list[FaceRow]:
 
 
 def number_of(text: str) -> float | None:
-    """Return the finite number that a text holds, None for any other text."""
+    """Return the finite number in a text, None for any other text."""
     try:
         value = float(text)
     except ValueError:
@@ -92,7 +95,7 @@ def named_numbers(texts: Sequence[str], mark: str = "=") -> dict[str, float] | N
 
 
 class Combination(NamedTuple):
-    """A weighted sum of load cases, factors by case; a single load case is one with factor 1."""
+    """A weighted sum of load cases; factors: by load case. A single load case is a sum with factor 1."""
 
     name: str
     factors: Mapping[str, float]
@@ -110,11 +113,11 @@ def rows_of(rows: Iterable[FaceRow], case: str) -> tuple[FaceRow, ...]:
 def combinations_of(
     rows: Sequence[FaceRow], cases: Sequence[str], texts: Iterable[str]
 ) -> tuple[Combination, ...]:
-    """Return the combinations of load cases that texts name; without texts, each load case by itself.
+    """Return the combinations of load cases that texts describe; without texts, each load case by itself.
 
-    rows: of all cases; texts such as "sum=a:1,b:0.5". Raises CraftmeshError for invalid names and texts,
-    for two rows of one face and axis in a load case, for unknown load cases, and for a sum of cases that
-    hold or move different faces.
+    rows: of all cases; cases: their names; texts such as "sum=a:1,b:0.5". Raises CraftmeshError for invalid
+    names and texts, for two rows of one face and axis in a load case, for unknown load cases, and for a sum
+    of cases that hold or move different faces.
     """
     for case in cases or [""]:
         places = [(row.plane, row.axis) for row in rows_of(rows, case)]
@@ -149,10 +152,10 @@ def _combination(text: str, cases: Sequence[str]) -> Combination:
 
 
 def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:
-    """Raise CraftmeshError if cases of a sum or a history hold or move different faces.
+    """Raise CraftmeshError if the cases of a sum or a load history hold or move different faces.
 
-    Such a sum would have the supports of none of its cases. The residual stress takes those of the others.
-    name: of the sum, for the error.
+    Their sum would have the supports of none of them. The residual stress takes the supports of the other
+    cases. name: the sum's name, for the error.
     """
     held = {
         case: {f"{row.plane}.{'xyz'[row.axis]}" for row in rows_of(rows, case) if row.kind != STRESS}

@@ -10,13 +10,14 @@ class FrontParameters:
     """One row per front node that is an element corner, in the order of FrontFrames.
 
     front (k,): number of the front, from 1; node (k,): id, from 0; s (k,): arc length; points (k, 3); J
-    (k,): by its own integral; G (k,): energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0
-    lip A moves along the binormal, with K_III > 0 along the tangent; T (k,): the finite stress along the
-    binormal, NaN where lips touch or are loaded, because its integral assumes lips free of traction; radius
-    (k,): of the integration domain; spread (k,): largest change of a K with a smaller domain; error (k,):
-    estimated error of each K, and flags (k,): words joined by +, see `fracture.error`. Where the material
-    changes, values are means of the limits on both sides. probe_angle, probe_stress (k,): see
-    `fracture.stress_probe`, NaN if not asked for.
+    (k,): by its own integral; G (k,): energy release rate that follows from K_I, K_II and K_III (k,). With
+    K_II > 0 lip A moves along the binormal relative to lip B, with K_III > 0 along the tangent. T (k,): the
+    finite stress along the binormal, NaN where lips (crack faces) touch or are loaded, because its integral
+    assumes lips free of traction. radius (k,): of the integration domain; spread (k,): largest change of a
+    K with a smaller domain; error (k,): estimated error of each of the K; flags (k,): reasons for doubt,
+    words of `fracture.error` joined by +. Where the material changes, values are means of the limits on
+    both sides. probe_angle, probe_stress (k,): direction and value of the largest tangential stress on an
+    arc around the front (`fracture.stress_probe`), NaN if not asked for.
     """
 
     front: np.ndarray
@@ -38,7 +39,7 @@ class FrontParameters:
 
     @property
     def k(self) -> np.ndarray:
-        """(n, 3) K_I, K_II and K_III of each node."""
+        """K_I, K_II and K_III (n, 3) of the nodes."""
         return np.column_stack([self.K_I, self.K_II, self.K_III])
 
     def columns(self) -> dict[str, np.ndarray]:

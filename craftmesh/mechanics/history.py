@@ -1,4 +1,7 @@
-"""The history of a load: steps in which it goes to a level, or cycles between a peak and a valley."""
+"""The history of a load: steps in which it goes to a level, or cycles between a peak and a valley.
+
+A level is the factor by which a load, a load case or a sum of load cases, is multiplied.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -14,17 +17,18 @@ _EXPECTED = (
     "expected ramp:LEVEL, triangle:PEAK or sine:PEAK, then any of time=, increments=, and for cycles R=, "
     "cycles=, separated by commas; NAME/ in front names a load case or a sum"
 )
-_MOMENT = 1e-6  # duration of a hold over the time of the step before; nothing creeps in it
-_DIGITS = 12  # decimals of a level, so that a level of zero is exactly 0
+_MOMENT = 1e-6  # duration of a hold, relative to the time of the step before; nothing creeps in it
+_DIGITS = 12  # decimals to which levels are rounded, so that a level of zero is exactly 0
 
 
 @dataclass(frozen=True)
 class LoadStep:
-    """One step of a load: a ramp or cycles. load: its name, "" if there is only one.
+    """One step of a load: a ramp or cycles.
 
-    level: factor of the load at the end of a ramp or at the peak of a cycle; R: valley over peak; time:
-    duration of the ramp or of one cycle; increments: fewest in a ramp or a cycle; start: the level before
-    the step.
+    load: name of the load, "" if there is only one; kind: RAMP, TRIANGLE or SINE; level: factor of the load
+    at the end of a ramp or at the peak of a cycle; R: level of the valley over that of the peak; cycles:
+    number of cycles, may be a fraction; time: duration of the ramp or of one cycle; increments: smallest
+    number of solver increments in a ramp or a cycle; start: the level before the step.
     """
 
     load: str
@@ -43,11 +47,14 @@ class LoadStep:
 
     @property
     def end(self) -> float:
-        """The level at the end of the step."""
+        """The level (factor of the load) at the end of the step."""
         return self.level if self.kind == RAMP else float(self.levels(np.array([self.cycles]))[0])
 
     def levels(self, cycles: np.ndarray) -> np.ndarray:
-        """Return the levels (k,) after `cycles` (k,) cycles; the first goes from `start` to the peak."""
+        """Return the levels (k,) after numbers of cycles (k,), which begin at `start` towards the peak.
+
+        Only for steps of cycles, not for ramps.
+        """
         phase = np.arcsin(self._share) if self.kind == SINE else np.pi / 2 * self._share
         sine = np.sin(2 * np.pi * cycles + phase)
         wave = sine if self.kind == SINE else 2 / np.pi * np.arcsin(np.clip(sine, -1, 1))
@@ -60,7 +67,10 @@ class LoadStep:
         return min(max(share, -1.0), 1.0)
 
     def pieces(self) -> list["LoadStep"]:
-        """Return the steps for a deck: triangles become ramps, which meet turning points exactly."""
+        """Return the steps of a deck for this step: itself, or ramps between the turns of triangles.
+
+        Increments of a solver end with each ramp, and so exactly at the turning points.
+        """
         if self.kind != TRIANGLE:
             return [self]
         table = self.table().tolist()
@@ -79,9 +89,10 @@ class LoadStep:
         ]
 
     def table(self) -> np.ndarray:
-        """Return times and levels (k, 2) of a step of cycles; levels between are linear.
+        """Return times and levels (k, 2) of a step of cycles; levels between them are linear.
 
-        Triangles have their turning points and ends, sines as many intervals per cycle as increments.
+        Triangles have their turning points and ends, sines at least as many intervals per cycle as
+        increments. Not for ramps.
         """
         if self.kind == SINE:
             cycles = np.linspace(0, self.cycles, int(np.ceil(self.cycles * self.increments)) + 1)
@@ -112,7 +123,7 @@ def parse_steps(texts: Iterable[str], loads: Sequence[str]) -> tuple[LoadStep, .
         elif before is not None and abs(before.end) > ROUNDING:
             raise CraftmeshError(
                 f"steps: {text!r} begins cycles of {step.load} while {before.load} is at {before.end:g}; "
-                f"put {step.load}/ramp:... before it, which goes from one to the other"
+                f"put {step.load}/ramp:LEVEL before it, which replaces the other load"
             )
         if step.kind != RAMP:
             low, high = sorted((step.level, step.level * step.R))

@@ -17,7 +17,10 @@ LOOSE = 1e9
 
 
 def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.ndarray:
-    """Return displacements (n, 3, 6) of six rigid motions: three shifts, three rotations about `middle`."""
+    """Return displacements (n, 3, 6) of points (n, 3) in three unit shifts and three rotations.
+
+    middle (3,): the centre of the rotations, whose angles are 1 radian (linearized); None: mean point.
+    """
     x, y, z = (points - (points.mean(axis=0) if middle is None else middle)).T
     motions = np.zeros((len(points), 3, 6))
     motions[:, [0, 1, 2], [0, 1, 2]] = 1
@@ -28,10 +31,11 @@ def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.nd
 
 
 class Body(NamedTuple):
-    """A body of a mesh: the elements (m,) bool that nodes connect.
+    """A body of a mesh: elements that common nodes connect.
 
-    nodes (n,): ids of its corners; size: its largest extent; motions (n, 3, 6): rigid motions of the nodes,
-    in units of size; rows (k, 6): these motions at the supported components, which supports keep at 0.
+    elements (m,): mask of its elements; nodes (n,): ids of their corners; size: its largest extent; motions
+    (n, 3, 6): displacements of the nodes in the six rigid motions, with lengths relative to size; rows
+    (k, 6): these displacements in the components that supports keep at 0.
     """
 
     elements: np.ndarray
@@ -42,7 +46,10 @@ class Body(NamedTuple):
 
 
 def supported_bodies(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> Iterator[Body]:
-    """Yield the bodies of a mesh; held: nodes (k,) and axis (0, 1, 2) of each support."""
+    """Yield the bodies of a mesh.
+
+    held: nodes (k,) and axis (0, 1, 2) of each support; held nodes that are no corners do not count.
+    """
     body = bodies(mesh)
     for one in range(body.max(initial=-1) + 1):
         nodes = compact(mesh.points, mesh.tets[body == one, :4])[2]
@@ -56,11 +63,11 @@ def supported_bodies(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> I
 def lacking(
     mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]], forces: np.ndarray
 ) -> list[tuple[int, int]]:
-    """Return pairs (node, axis) to hold besides `held`, nodes (k,) and axis each, so that no body is free.
+    """Return pairs (node, axis) that must be held in addition to `held`, so that no body can move freely.
 
-    For each body (elements that nodes connect), the component that its free motions move most is held,
-    until no rigid motion is free. Raises CraftmeshError if the forces (n, 3) at the nodes would drive such
-    a motion.
+    held: nodes (k,) and axis of each support. In each body, the displacement component that its free rigid
+    motions move most is held, one after the other, until no rigid motion is free. Raises CraftmeshError if
+    the forces (n, 3) at the nodes would drive a free motion.
     """
     found = []
     for body in supported_bodies(mesh, held):
@@ -76,7 +83,10 @@ def lacking(
 def _check_balance(
     mesh: TetMesh, of_body: np.ndarray, free: np.ndarray, forces: np.ndarray, size: float
 ) -> None:
-    """Raise CraftmeshError if forces (n, 3) work on free motions (f, 6) of a body, elements (m,) bool."""
+    """Raise CraftmeshError if forces (n, 3) at the nodes do work in free motions (f, 6) of a body.
+
+    of_body (m,): mask of the body's elements; size: its largest extent, the unit of length of the motions.
+    """
     nodes = np.unique(mesh.tets[of_body])
     own = forces[nodes]
     middle = mesh.points[np.unique(mesh.tets[of_body, :4])].mean(axis=0)
@@ -99,7 +109,11 @@ def _check_balance(
 
 
 def free_motions(rows: np.ndarray) -> np.ndarray:
-    """Return the rigid motions (f, 6) that supports leave free; rows (k, 6): motions at the supports."""
+    """Return the rigid motions (f, 6), weights of the six basic ones, that supports leave free.
+
+    rows (k, 6): displacement of each supported component in the six motions. A motion is free if it moves
+    the supports less than 1 / LOOSE of the motion that moves them most.
+    """
     padded = np.concatenate([rows, np.zeros((6, 6))])
     _, size, ways = np.linalg.svd(padded, full_matrices=False)
     return ways[size * LOOSE <= max(size[0], 1.0)]

@@ -15,20 +15,26 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.side_data import covered, notes_on_place
 from craftmesh.types import TetMesh
 
-# Number of nearest field points that give the value at a point: enough to fit a plane on a surface.
+# Number of nearest points of the field that give the value at a position: enough to fit a plane.
 _NEAREST = 8
 
 
 @dataclass(frozen=True, eq=False)
 class LipField:
-    """A load on lips at points (k, 3): pressure (k,), and traction (k, 3) on lip A, opposite on lip B."""
+    """A load on lips (crack faces), given at points (k, 3).
+
+    pressure (k,), positive where it opens the crack; traction (k, 3) on lip A, with its opposite on lip B.
+    """
 
     points: np.ndarray
     pressure: np.ndarray
     traction: np.ndarray
 
     def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return pressure (n,) and traction (n, 3) at places (n, 3), as `interpolated` does."""
+        """Return pressure (n,) and traction (n, 3) at places (n, 3), interpolated by `interpolated`.
+
+        A value lies on a plane fitted to the 8 nearest points' values, and within their range.
+        """
         values = np.column_stack([self.pressure, self.traction])
         found = interpolated(self.points, values, places, _NEAREST)
         return found[:, 0], found[:, 1:]
@@ -66,10 +72,11 @@ def _on_planes(
 def loaded_lips(
     mesh: TetMesh, pressure: float, traction: Sequence[float] = (), field: LipField | None = None
 ) -> tuple[Traction, ...]:
-    """Return the tractions on lips: pressure, traction (3,) on lips A with its opposite on lips B, field.
+    """Return the tractions on all lips of a mesh, by a uniform pressure, a uniform traction and a field.
 
-    Positive pressures open the cracks. Raises CraftmeshError for a mesh without lips or a field that does
-    not cover them.
+    Positive pressures open the cracks. traction (3,): on lips A, with its opposite on lips B. Components
+    that are 0 everywhere are left out. Raises CraftmeshError for a mesh without lips, and for a field that
+    lies elsewhere or does not cover them.
     """
     found = []
     lips = lips_of(mesh, "lip_pressure")
@@ -97,7 +104,7 @@ def lips_of(mesh: TetMesh, key: str) -> dict[str, np.ndarray]:
 
 
 def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None:
-    """Raise CraftmeshError if a field lies off the body or has no points near some of the faces (f, 2)."""
+    """Raise CraftmeshError if a field is off the body, or has no points near one of the faces (f, 2)."""
     notes_on_place("lip_field", field.points, mesh.box)
     corners = mesh.points[face_nodes(mesh.tets[:, :4], faces)]
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)

@@ -32,7 +32,7 @@ class Traction:
     """A stress on a face set; faces (f, 2): rows of (element, side).
 
     axis: direction (0, 1, 2) of the traction; None: along the outward normals, tension > 0. stress: one
-    value for all faces, or values (f, q) at the points of `face_points`.
+    value for all faces, or values (f, q) at their q integration points (`face_points`).
     """
 
     faces: np.ndarray
@@ -42,7 +42,10 @@ class Traction:
 
 
 def point_vectors(traction: Traction, area: np.ndarray) -> np.ndarray:
-    """Return the traction (f, q, 3) at the points of `face_points`; area (f, q, 3): area vectors there."""
+    """Return a traction as vectors (f, q, 3) at the q integration points of its faces (`face_points`).
+
+    area (f, q, 3): area vectors at these points.
+    """
     way = np.eye(3)[[[traction.axis]]] if traction.axis is not None else unit(area)
     return np.broadcast_to(traction.stress, area.shape[:2])[:, :, None] * way
 
@@ -79,9 +82,10 @@ class Fixed:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """One static step: `held` acts before and throughout it, `moved` and `pulled` within it.
+    """The load of one static step.
 
-    heat: the factor of the grains' eigenstrains in the step.
+    held: prescribed displacements that act before the step and throughout it, such as supports; moved,
+    pulled: displacements and tractions that the step applies; heat: factor of the grains' eigenstrains.
     """
 
     held: tuple[Fixed, ...]
@@ -99,7 +103,10 @@ class Load:
 
 
 def acting_faces(loads: Iterable[Load]) -> list[tuple[str, int]]:
-    """Return the faces of the box that loads move or pull, each with the axis (0, 1, 2) of that load."""
+    """Return the faces of the box that loads move or pull, each with the axis (0, 1, 2) of its load.
+
+    Faces that are only held (displacement 0) are left out.
+    """
     found: dict[tuple[str, int], None] = {}
     for load in loads:
         found |= {
@@ -114,11 +121,12 @@ def acting_faces(loads: Iterable[Load]) -> list[tuple[str, int]]:
 def face_loop(
     mesh: TetMesh, plane: str, axis: int, nodes: np.ndarray, displacement: np.ndarray, force: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the nominal strain and stress (k,) of a face along an axis, positive outwards, by name.
+    """Return the nominal strain (k,) and stress (k,) of a face along an axis at k times.
 
-    displacement (k, n, 3): of the face's nodes (n,) at k times; force (k, 3): total force on the face. The
-    strain is the mean displacement over the box's length normal to the face, the stress the force over the
-    box's cross-section.
+    The keys are "FACE.AXIS strain" and "FACE.AXIS stress". Values count along the axis on MAX faces and
+    against it on MIN faces. displacement (k, n, 3): of the face's nodes, ids (n,); force (k, 3): total
+    force on the face. The strain is the mean displacement over the face, divided by the box's length normal
+    to it, the stress the force divided by the box's cross-section.
     """
     across, sign = BOX_PLANES.index(plane) // 2, 1.0 if plane.endswith("MAX") else -1.0
     lengths = np.ptp(mesh.box, axis=0)
@@ -130,7 +138,11 @@ def face_loop(
 
 
 def combined(parts: Sequence[tuple[float, Load]]) -> Load:
-    """Return the weighted sum of loads with the same supports; parts: (factor, load) each."""
+    """Return the weighted sum of loads; parts: (factor, load) each.
+
+    The loads should have the same supports (not checked): a support of any part is a support of the sum.
+    All prescribed displacements of the sum are in `held`. A single part of factor 1 is returned unchanged.
+    """
     if len(parts) == 1 and parts[0][0] == 1:
         return parts[0][1]
     held: dict[tuple, Fixed] = {}
@@ -157,11 +169,12 @@ def tension(
     rollers: bool,
     lips: Sequence[Traction] = (),
 ) -> Load:
-    """Return the load that pulls the far plane of `axis` (0, 1, 2) away from the near plane, which is held.
+    """Return the load that pulls the MAX plane of `axis` (0, 1, 2) away from the MIN plane, which is held.
 
-    magnitude: the strain between both planes, or with by_stress the stress on the far plane. With rollers
-    the near planes of the other axes are held along their normals, as planes of symmetry. Without rollers
-    two nodes of the near plane are held against rotation and sliding. lips, errors: as in `load_on`.
+    magnitude: the strain between both planes, or with by_stress the stress on the MAX plane. With rollers
+    the MIN planes of the other axes are held along their normals, as planes of symmetry. Without rollers
+    two nodes of the MIN plane are held against rotation and sliding. lips: tractions on crack faces.
+    Raises CraftmeshError if a plane has no nodes or the stresses would move a body, as `load_on`.
     """
     near, far = (f"{'XYZ'[axis]}{end}" for end in ("MIN", "MAX"))
     rows = near_planes(range(3) if rollers else [axis])
@@ -172,7 +185,7 @@ def tension(
 
 
 def near_planes(axes: Iterable[int]) -> list[FaceRow]:
-    """Return the rows that hold the near planes of axes (0, 1, 2) along their normals."""
+    """Return the rows that hold the MIN planes of axes (0, 1, 2) along their normals."""
     return [FaceRow(f"{'XYZ'[axis]}MIN", axis, FIXED) for axis in axes]
 
 
@@ -185,10 +198,10 @@ def load_on(
 ) -> Load:
     """Return the load of rows on the box's faces, other held nodes, tractions on lips and eigenstrains.
 
-    heat: factor of the eigenstrains. Each body of the mesh, such as one that a crack has severed, gets the
-    fewest extra supports that keep it from moving as a whole. Raises CraftmeshError for a plane without
-    nodes, for planes that prescribe different displacements to a common edge, and for stresses that would
-    move a body.
+    holds: further supports; lips: tractions on crack faces; heat: factor of the eigenstrains. Each body of
+    the mesh, such as one that a crack has severed, gets the fewest extra supports that keep it from moving
+    as a whole. Raises CraftmeshError for a plane without nodes, for planes that prescribe different
+    displacements to a common edge, and for stresses that would move a body.
     """
     _check_planes(mesh, rows)
     held = [Fixed(mesh.node_sets[row.plane], row.axis, name=row.plane) for row in rows if row.kind == FIXED]
@@ -201,7 +214,7 @@ def load_on(
     _check_edges([*held, *moved])
     held += holds
     pulled = (*(_pulled(mesh, row) for row in rows if row.kind == STRESS), *lips)
-    # sorted, so that load cases that hold the same faces get the same extra supports
+    # Supports are sorted, so that load cases that hold the same faces get the same extra supports.
     supports = sorted(
         ((fixed.nodes, fixed.axis) for fixed in (*held, *moved)),
         key=lambda part: (part[1], len(part[0]), part[0].tolist()),
@@ -242,7 +255,10 @@ def _pulled(mesh: TetMesh, row: FaceRow) -> Traction:
 
 
 def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]:
-    """Return supports in a plane normal to `axis`: hold one of its nodes (k,), and a far one along v."""
+    """Return supports that prevent sliding and rotation of a plane normal to `axis`; nodes (k,): its nodes.
+
+    u and v are the other two axes. A corner node is held along u and v, a node far along u only along v.
+    """
     u, v = (other for other in range(3) if other != axis)
     points = mesh.points[nodes]
     corner = np.lexsort((points[:, v], points[:, u]))[0]

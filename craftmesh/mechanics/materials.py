@@ -15,7 +15,8 @@ _NAMES |= {"anisotropic": "D1111, D1122, D2222, ... D2323"}
 # all stiffnesses; COMPONENT: the component number of each entry.
 ROW, COLUMN = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
 COMPONENT = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
-# Factors from engineering to tensor components, and for pairs of components: shears are halved.
+# Factors from engineering strains to tensor strains, and from a compliance to tensor components: shears are
+# halved.
 _OF_SHEAR = np.where(ROW == COLUMN, 1.0, 0.5)
 _OF_TENSOR = np.outer(_OF_SHEAR, _OF_SHEAR)
 # (row, column) of the 21 constants, column by column of the upper triangle: D1111, D1122, D2222, ...
@@ -71,7 +72,10 @@ class Material:
         return stiffness
 
     def in_axes(self, matrix: np.ndarray) -> "Material":
-        """Return the material in other axes: columns of matrix (3, 3), in the material's own axes."""
+        """Return the material described in other axes, the columns of `matrix` (3, 3).
+
+        The columns are components in the material's own axes. An isotropic material is returned unchanged.
+        """
         if self.kind == "isotropic":
             return self
         stiffness = turned(self.stiffness(), matrix.T)
@@ -93,8 +97,8 @@ def _lame(young: float, poisson: float) -> tuple[float, float, float]:
 def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Return stiffnesses (..., 6, 6) of crystals, rotated from crystal axes to sample axes.
 
-    matrix (..., 3, 3): the active rotations from crystal to sample axes; rows are the sample's axes.
-    Source: W. L. Bond, Bell Syst. Tech. J. 22 (1943), the matrix of stresses.
+    matrix (..., 3, 3): the active rotations from crystal to sample axes; rows are the sample's axes in
+    crystal components. Source: W. L. Bond, Bell Syst. Tech. J. 22 (1943), the matrix of stresses.
     """
     on_row, on_column = matrix[..., ROW, :], matrix[..., COLUMN, :]
     straight = on_row[..., ROW] * on_column[..., COLUMN]
@@ -136,12 +140,12 @@ def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
     """Return materials by phase from texts such as "cubic:108e3,61e3,28e3" or "2=isotropic:200e3,0.3".
 
     A text without a phase applies to all phases (key None). Raises CraftmeshError for texts of another
-    form.
+    form, unstable constants, and no text at all.
     """
     expected = "expected KIND:CONSTANTS or PHASE=KIND:CONSTANTS as cubic:8e3,6e3,2e3"
     found = numbers_by_phase("material", texts, expected)
     if not found:
-        raise CraftmeshError("material: none is given; give one for all phases, or one per phase")
+        raise CraftmeshError("material: no material; give one for all phases, or one per phase")
     return {phase: Material(kind, tuple(numbers)) for phase, (kind, numbers) in found.items()}
 
 
@@ -150,8 +154,8 @@ def numbers_by_phase(
 ) -> dict[int | None, tuple[str, list[float]]]:
     """Return (kind, numbers) by phase, None for all, from texts KIND:NUMBERS or PHASE=KIND:NUMBERS.
 
-    option, expected: the key and the expected form, for errors. Raises CraftmeshError for texts of another
-    form and for two texts of one phase.
+    option, expected: the option's key and the expected form, for errors. Raises CraftmeshError for texts of
+    another form, for two texts of one phase, and for texts both with and without a phase.
     """
     found: dict[int | None, tuple[str, list[float]]] = {}
     for text in texts:
@@ -189,12 +193,12 @@ def phases_of_grains(
         if len(materials) == 1:
             return dict.fromkeys(grains.tolist(), next(iter(materials)))
         raise CraftmeshError(
-            f"{option}: {len(materials)} are given, but grains have no phase; give one for all"
+            f"{option}: {len(materials)} entries by phase, but grains have no phase; give one for all"
         )
     found: dict[int, int | None] = {
         grain: int(phases[grain]) if grain < len(phases) else 0 for grain in grains.tolist()
     }
     for grain, phase in found.items():
         if phase not in materials:
-            raise CraftmeshError(f"{option}: grain {grain} has phase {phase}, which has none; add one")
+            raise CraftmeshError(f"{option}: grain {grain} has phase {phase}, which no entry has; add one")
     return found

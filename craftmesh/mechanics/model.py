@@ -29,13 +29,13 @@ from craftmesh.types import Crystal, TetMesh
 class ElasticModel:
     """A linear elastic body in finite elements, with its supports and loads.
 
-    mesh: with the nodes of `element`; grains (g,): ids that occur, ascending; axes: by grain of known
-    orientation the sample components (6,) of its crystal axes [100] and [010]; materials: by phase;
-    phase_of: key in `materials` by grain; load: the only load or the first case, None if none is asked for;
-    own_strain (g, 3, 3): eigenstrain of each grain in its own axes; scale: lengths in the deck over lengths
-    here. cases: loads by the names of load cases; combinations: the sums of cases that are asked for.
-    element_axes (m, 6): axes as above of single elements, which only the deck uses; NaN: those of the
-    grain.
+    mesh: with the nodes of `element`, C3D4 or C3D10; grains (g,): ids that occur, ascending; axes: by grain
+    of known orientation, the sample components (6,) of its crystal axes [100] and [010]; materials: by
+    phase, None for all; phase_of: key in `materials` by grain; load: the only load or the first case, None
+    if no load is asked for; own_strain (g, 3, 3): eigenstrain of each grain in its own axes; scale: lengths
+    in the deck over lengths here. cases: loads by load case; combinations: the sums of cases that are asked
+    for. element_axes (m, 6): like axes, for single elements; only the deck uses them, and a row of NaN
+    means the axes of the grain.
     """
 
     mesh: TetMesh
@@ -57,11 +57,14 @@ class ElasticModel:
         return replace(self, load=load)
 
     def by_load(self) -> dict[str, "ElasticModel"]:
-        """Return the model under each of its combinations, by name; without any, itself by the name ""."""
+        """Return the model under each combination of load cases, by name; {"": self} without any."""
         return {one.name: self.under(one) for one in self.combinations} or {"": self}
 
     def loads(self, names: Iterable[str]) -> dict[str, Load]:
-        """Return the loads of cases and combinations by name, "" for the only one; None is left out."""
+        """Return the loads of the cases and combinations `names`; the name "" is the only load.
+
+        Names whose load is None are left out; an unknown name raises KeyError.
+        """
         sums = {name: one.load for name, one in self.by_load().items()}
         known = {"": self.load, **self.cases, **sums}
         return {name: load for name in names if (load := known[name]) is not None}
@@ -97,9 +100,9 @@ class ElasticModel:
         return axes_of(grain, self.axes)
 
     def eigenstrain(self) -> np.ndarray:
-        """Return the strain (g, 3, 3) that the load imposes on each grain, in sample axes.
+        """Return the eigenstrain (g, 3, 3) of each grain in sample axes, times the load's factor `heat`.
 
-        Grains of one isotropic strain get bitwise equal values.
+        It is 0 without a load. Grains of one isotropic strain get bitwise equal values.
         """
         heat = 0.0 if self.load is None else self.load.heat
         turns = [self.own_axes(grain) for grain in self.grains.tolist()]
@@ -119,17 +122,18 @@ def elastic_model(
     grain_strains: Mapping[int, np.ndarray] | None = None,
     residual_stress: StressField | None = None,
 ) -> tuple[ElasticModel, dict]:
-    """Return the model of a 4- or 10-node mesh, and counts, including those of the quarter points.
+    """Return the model of a 4- or 10-node mesh, and a report.
 
-    The counts have `notes` on materials that lack the symmetry of their crystals, by phase, and on ids of
-    grain_strains that are no grains.
+    The report has the element type, the numbers of nodes, elements and grains, and of moved and refused
+    quarter points if they are asked for. It has `notes` if a material lacks the symmetry of its crystal or
+    if ids of grain_strains are no grains.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
-    sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains, residual_stress: the
-    content of the files that options lip_field, eigenstrain_file and residual_stress name, strains (3, 3)
-    by grain in sample axes. Raises
-    CraftmeshError if a grain whose material or eigenstrain is not isotropic has no orientation, a phase has
-    no material, the element type does not fit the mesh, or the load has no face to act on.
+    sample axes, NaN unknown; phases (n,): row = grain id; crystals: by phase; lip_field, grain_strains,
+    residual_stress: the content of the files that options lip_field, eigenstrain_file and residual_stress
+    name, strains (3, 3) by grain in sample axes. Raises CraftmeshError if a grain whose material or
+    eigenstrain is not isotropic has no orientation, a phase has no material, the element type does not fit
+    the mesh, a file that options name is not passed, or the load cannot act on the mesh.
     """
     _check_held(
         options, lip_field=lip_field, eigenstrain_file=grain_strains, residual_stress=residual_stress
@@ -223,7 +227,10 @@ def _check_oriented(
 
 
 def _load(mesh: TetMesh, options: ModelOptions, field: LipField | None, case: str = "") -> Load | None:
-    """Return the load of a case, or the only load; lip loads and eigenstrains are cases of their own."""
+    """Return the load of a case, or with case "" the only load; None if there is no load.
+
+    With load cases, lip loads and eigenstrains act only in the cases LIP_PRESSURE and EIGENSTRAIN.
+    """
     heat = float(options.strains_grains and case in ("", EIGENSTRAIN))
     on_lips = options.loads_lips and case in ("", LIP_PRESSURE)
     lips = loaded_lips(mesh, options.lip_pressure, options.lip_traction, field) if on_lips else ()

@@ -130,8 +130,8 @@ class ModelOptions(Options):
     def cases(self) -> tuple[str, ...]:
         """Names of the load cases, empty if there is a single load.
 
-        Lip loads and eigenstrains are a case each, where the faces name cases. The residual stress always
-        is; all other loads are the case LOAD then, if the faces name none.
+        If rows of faces name cases, lip loads and eigenstrains are a further case each. The residual stress
+        always is a case of its own; if the faces name no cases, all other loads are then the case LOAD.
         """
         own = {LIP_PRESSURE: self.loads_lips, EIGENSTRAIN: self.strains_grains}
         named = (*self.named, *(name for name, given in own.items() if self.named and given))
@@ -146,9 +146,9 @@ class ModelOptions(Options):
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
-        """The sums of load cases in the option `combine`, by `combinations_of`.
+        """The sums of load cases in the option `combine`; without any, each load case by itself.
 
-        Each sum has the residual stress, by default once; the last is the residual stress alone.
+        With a residual stress each sum has it, by default once; the last sum is the residual stress alone.
         """
         rows = parse_faces(self.faces)
         found = combinations_of(rows, self.cases, self.combine)
@@ -166,12 +166,12 @@ class ModelOptions(Options):
 
     @property
     def is_loaded(self) -> bool:
-        """Whether any load, eigenstrain or residual stress strains the body."""
+        """Whether the options have any load, eigenstrain or residual stress that is not 0."""
         return self.has_other_load or bool(self.residual_stress)
 
     @property
     def has_other_load(self) -> bool:
-        """Whether anything but the residual stress strains the body."""
+        """Whether the options have any load or eigenstrain that is not 0, besides the residual stress."""
         if self.faces:
             strained = any(row.value for row in parse_faces(self.faces))
         else:

@@ -15,25 +15,27 @@ import numpy as np
 
 from craftmesh.mechanics.materials import COMPONENT
 
-# Axes of the line forces. The fields are K_II, K_I, K_III, in the order of the axes along which the lips
-# separate, then the forces that give the strain along the binormal and the shear towards the tangent.
+# Axes of the unit forces along the front. The MODES fields are those of K_II, K_I, K_III (in the order of
+# the axes along which the lips separate), then those of the forces, which give the strain along the
+# binormal and the shear towards the tangent.
 AXES_OF_FORCES = (0, 2)
 MODES = 3 + len(AXES_OF_FORCES)
-# Largest theta: fields continue past the lips, which may bend; theta of a point is within pi of +-pi/2, the
-# middle of its side.
+# Largest theta. Fields continue past the lips at +-pi, because lips may bend: theta of a point is chosen
+# within pi of pi/2 or -pi/2, the middle of the point's side of the crack.
 LARGEST_ANGLE = 1.5 * np.pi
-# Number of cells in theta. Cubic interpolation in them errs by 1e-6 of the field in copper.
+# Number of intervals in theta. Cubic interpolation in them errs by 1e-6 of the field in copper.
 CELLS = 96
-_STEPS = 2  # integration steps in each cell
+_STEPS = 2  # integration steps in each interval
 
 
 @dataclass(frozen=True, eq=False)
 class NearField:
     """Displacement gradients around straight crack fronts in k crystals, as functions of theta.
 
-    angles (c + 1,): ends of the cells; value (k, c + 1, MODES, 3, 2): gradients along axes 1 and 2, times
-    r^(1/2) for unit K and times r for unit forces per length; slope: derivatives of value by theta. opening
-    (k, 3, 3): the matrix L^-1 of Barnett and Lothe; J = K . L^-1 K / 2 with K in the order of the axes.
+    angles (c + 1,): ends of the intervals in theta; value (k, c + 1, MODES, 3, 2): derivatives of the three
+    displacements along axes 1 and 2, times r^(1/2) for unit K and times r for unit forces per length;
+    slope: derivatives of value by theta. opening (k, 3, 3): the matrix L^-1 of Barnett and Lothe; J = K .
+    L^-1 K / 2 with K in the order of the axes, K_II, K_I, K_III.
     """
 
     angles: np.ndarray
@@ -43,7 +45,10 @@ class NearField:
 
 
 def near_field(stiffness: np.ndarray) -> NearField:
-    """Return the fields in crystals of stiffness (k, 6, 6), order 11, 22, 33, 12, 13, 23, local axes."""
+    """Return the fields in k crystals.
+
+    stiffness (k, 6, 6): in the front's local axes, components in the order 11, 22, 33, 12, 13, 23.
+    """
     tensor = as_tensor(stiffness)
     half = CELLS // 2
     steps = half * _STEPS
@@ -65,12 +70,15 @@ def near_field(stiffness: np.ndarray) -> NearField:
 
 
 def as_tensor(stiffness: np.ndarray) -> np.ndarray:
-    """Return stiffnesses (k, 6, 6) over 11, 22, 33, 12, 13, 23 as tensors (k, 3, 3, 3, 3)."""
+    """Return stiffnesses (k, 6, 6), in the order 11, 22, 33, 12, 13, 23, as tensors (k, 3, 3, 3, 3)."""
     return stiffness[:, COMPONENT[:, :, None, None], COMPONENT[None, None]]
 
 
 def fundamental_matrix(tensor: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return N (a, k, 6, 6) of tensors (k, 3, 3, 3, 3), in axes rotated by angles (a,) about the third."""
+    """Return the fundamental elasticity matrix N (a, k, 6, 6) in axes rotated by angles (a,) about axis 3.
+
+    tensor (k, 3, 3, 3, 3): the stiffnesses.
+    """
     zero = np.zeros(len(angles))
     m = np.stack([np.cos(angles), np.sin(angles), zero], axis=1)
     n = np.stack([-np.sin(angles), np.cos(angles), zero], axis=1)
@@ -87,7 +95,8 @@ def fundamental_matrix(tensor: np.ndarray, angles: np.ndarray) -> np.ndarray:
 def _propagated(tensor: np.ndarray, fine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return matrices (s + 1, k, 6, 6) that carry w from angle 0 to every second angle of `fine`, and N.
 
-    fine (2 s + 1,): angles from 0 on, with the middles of steps, which the Runge-Kutta method needs.
+    fine (2 s + 1,): angles from 0 on, with the middles of steps, which the Runge-Kutta method needs. N
+    (2 s + 1, k, 6, 6) is the fundamental matrix at all angles of `fine`.
     """
     matrix = fundamental_matrix(tensor, fine)
     step = fine[2] - fine[0]
@@ -105,7 +114,7 @@ def _propagated(tensor: np.ndarray, fine: np.ndarray) -> tuple[np.ndarray, np.nd
 def _start(to_lip: np.ndarray) -> np.ndarray:
     """Return w (k, 6, 3) at theta = 0 for unit K along each axis; to_lip (k, 6, 6) carries w to theta = pi.
 
-    Ahead of the front the stress functions are those of unit K; on the lip they vanish.
+    Ahead of the front the stress functions are given by unit K; on the lip, at theta = pi, they vanish.
     """
     functions = np.sqrt(2 / np.pi) * np.broadcast_to(np.eye(3), (len(to_lip), 3, 3))
     moved = -np.linalg.solve(to_lip[:, 3:, :3], to_lip[:, 3:, 3:] @ functions)

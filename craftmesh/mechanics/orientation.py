@@ -15,7 +15,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.surface.side_data import spans_told, unit_hint
 from craftmesh.types import TetMesh, Voxels
 
-_ROUNDING = 1e-14
+_ROUNDING = 1e-14  # a quaternion's length that differs from 1 by less counts as 1
 
 
 def normalized(quaternions: np.ndarray) -> np.ndarray:
@@ -23,7 +23,7 @@ def normalized(quaternions: np.ndarray) -> np.ndarray:
     q = np.asarray(quaternions, float)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         length = np.linalg.norm(q, axis=-1, keepdims=True)
-        length[np.abs(length - 1) < _ROUNDING] = 1  # so that normalizing again changes no bit
+        length[np.abs(length - 1) < _ROUNDING] = 1  # so that a second normalization changes no bit
         q = np.where((length > 0) & np.isfinite(length), q / length, np.nan)
     return np.where(q[..., :1] < 0, -q, q)
 
@@ -66,7 +66,7 @@ def rodrigues_to_quaternion(vectors: np.ndarray) -> np.ndarray:
 def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
     """Return (n, 4) quaternions of rotation matrices (n, 3, 3); NaN for matrices that are no rotations.
 
-    Entries of R R^T may be off by 0.01, as in a file with two decimals.
+    R R^T may differ from the unit matrix by 0.01 per entry, as for a file with two decimals.
     """
     matrices = np.asarray(matrices, float)
     with np.errstate(over="ignore", invalid="ignore"):  # entries may be huge or NaN
@@ -107,10 +107,11 @@ def random_orientations(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the mean orientation per label (g, 4), row = label, and the largest root-mean-square spread.
+    """Return the mean orientation per label (g, 4), row = label, and the largest spread in degrees.
 
-    labels (n,) >= 0; quaternions (n, 4), NaN rows are ignored; labels without a row get NaN; the spread is
-    in degrees. Crystal symmetry is not applied: equivalents mixed in one grain show as a large spread.
+    The spread of a label is the root mean square of its quaternions' rotation angles from their mean.
+    labels (n,) >= 0; quaternions (n, 4), NaN rows are ignored; labels without a row get NaN. Crystal
+    symmetry is not applied: equivalent orientations mixed in one grain show as a large spread.
     Source: Markley et al., J. Guid. Control Dyn. 30 (2007): the mean is the main eigenvector of sum q q^T.
     """
     known = np.isfinite(quaternions).all(axis=1)
@@ -130,14 +131,14 @@ def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarr
 def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
     """Return sample components (m, 6) of the crystal axes [100] and [010] of each element, NaN unknown.
 
-    An element takes the axes of the voxel of its grain that is nearest to its centroid. Raises
-    CraftmeshError if the voxels' orientations were not kept, and if the mesh reaches beyond the voxels or
-    is in another unit.
+    An element takes the axes of the voxel of its grain, with known orientation, that is nearest to its
+    centroid; NaN if its grain has no such voxel. Raises CraftmeshError if the voxels' orientations were not
+    kept, if the mesh reaches beyond the voxels by over a voxel, and if it is in another unit.
     """
     if voxels.voxel_orientations is None:
         raise CraftmeshError(
-            "orientations is element, but the microstructure has only those of grains; import it with "
-            "voxel_orientations, from a file that has them"
+            "orientations is element, but the microstructure has only orientations of grains; import it "
+            "with voxel_orientations, from a file that has orientations of voxels"
         )
     past = np.maximum(voxels.box[0] - mesh.box[0], mesh.box[1] - voxels.box[1])
     hint = unit_hint(mesh.box, voxels.box)

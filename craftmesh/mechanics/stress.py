@@ -14,10 +14,10 @@ from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
 
 @dataclass(frozen=True, eq=False)
 class GrainStress:
-    """Stresses at points. A node is one point in each grain that has it.
+    """Stresses at points. A node of several grains is a separate point in each of them.
 
-    node (p,): the mesh node of each point; tets (m, k): the mesh's elements on these points; stress (p, 6):
-    11, 22, 33, 12, 13, 23 in sample axes.
+    node (p,): the mesh node of each point; tets (m, k): the mesh's elements, with rows of points as nodes;
+    stress (p, 6): 11, 22, 33, 12, 13, 23 in sample axes.
     """
 
     node: np.ndarray
@@ -26,10 +26,11 @@ class GrainStress:
 
 
 def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
-    """Return the stresses of a displacement field (n, 3).
+    """Return the nodal stresses of a displacement field (n, 3), separately in each grain.
 
     Stresses are extrapolated linearly from the integration points to the nodes of each element. A node
-    takes the mean over its grain's elements, weighted by volume.
+    takes the mean over its grain's elements, weighted by volume. Eigenstrains of the grains are subtracted
+    from the strain.
     """
     mesh, tets = model.mesh, model.mesh.tets
     part = np.searchsorted(model.grains, mesh.grain)
@@ -45,14 +46,20 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
 
 
 def _free_stress(model: ElasticModel) -> np.ndarray:
-    """Return the stress (g, 6) of each grain's eigenstrain, which is subtracted from that of the strain."""
+    """Return stiffness times eigenstrain (g, 6) of each grain.
+
+    It is subtracted from stiffness times total strain, which gives the stress.
+    """
     return np.einsum("gij,gj->gi", model.stiffness(), components(model.eigenstrain()))
 
 
 def _at_points(
     model: ElasticModel, displacement: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield elements (m,), their strain times stiffness (m, q, 6) at integration points, volumes (m, q)."""
+    """Yield batches of elements (m,), with their stiffness times total strain (m, q, 6) and volumes (m, q).
+
+    Both are at their q integration points. Eigenstrains are not yet subtracted.
+    """
     tets, stiffness = model.mesh.tets, model.stiffness()
     part = np.searchsorted(model.grains, model.mesh.grain)
     places, weights = tet_rule(1 if tets.shape[1] == 4 else DECK_RULE)
@@ -69,7 +76,10 @@ def _at_points(
 
 
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
-    """Return the volume mean of the principal stress that is largest by size: in tension, the tension."""
+    """Return the volume mean of the largest magnitude of a principal stress.
+
+    In uniaxial loading this is the magnitude of the stress, also positive in compression.
+    """
     found = grain_stress(model, displacement)
     matrix = found.stress[:, COMPONENT]
     size = np.abs(np.linalg.eigvalsh(matrix)[:, [0, 2]]).max(axis=1)
@@ -82,7 +92,8 @@ def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
 def mean_stresses(model: ElasticModel, displacement: np.ndarray) -> np.ndarray:
     """Return the volume mean (6,) of the stress: 11, 22, 33, 12, 13, 23 in sample axes.
 
-    Integrated as the solver does, it is in exact balance with the loads.
+    It is integrated with the points of the deck's elements, so that the mean of a field that is solved with
+    these points is in exact balance with the loads.
     """
     part, free = np.searchsorted(model.grains, model.mesh.grain), _free_stress(model)
     total, volume = np.zeros(6), 0.0

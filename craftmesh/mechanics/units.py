@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from craftmesh.options import Options, option
 
-# Quantity that each column of sif.csv measures, of columns that have a unit.
+# Quantity that a column of sif.csv measures, for each column that has a unit.
 _MEASURED = (
     dict.fromkeys(("x", "y", "z", "s", "radius", "extension"), "length")
     | dict.fromkeys(("K_I", "K_II", "K_III", "spread", "error", "driving", "delta_K"), "K")

@@ -25,10 +25,10 @@ _OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS,
 
 @dataclass(frozen=True)
 class UserMaterial(Options):
-    """The material of a user subroutine.
+    """The material of a user subroutine, with constants that may depend on the grain.
 
-    Raises CraftmeshError if a value is neither a number nor a placeholder, or their count is not
-    `constants`.
+    Raises CraftmeshError if a value is neither a number nor a placeholder, and if there are not as many
+    values as `constants` says.
     """
 
     constants: int = option(MISSING, "number of values", at_least=1)
@@ -78,7 +78,10 @@ class UserMaterial(Options):
 
     @property
     def has_sections_axes(self) -> bool:
-        """Whether sections give the crystal's axes, because the constants do not."""
+        """True if the deck's sections give the crystal's axes.
+
+        The material then has axes, but no placeholder for them among its values.
+        """
         return self.oriented and not self.placeholders & _TURN
 
 
@@ -92,7 +95,9 @@ class UserMaterials:
     def of_grains(self, model: ElasticModel) -> dict[int, tuple[str, UserMaterial, list[float]]]:
         """Return (name, material, constants) of each grain of a model, by grain id.
 
-        Raises CraftmeshError for a phase without a material and a grain without the orientation it needs.
+        Placeholders are replaced by the grain's values; {phase} is 1 if phases are unknown. Grains share a
+        name if only the phase, or nothing, is replaced. Raises CraftmeshError for a phase without a
+        material, and for a grain without an orientation whose material needs one.
         """
         keys = phases_of_grains(model.grains, self.by_phase, self.phases, "user_material")
         found = {}
@@ -125,7 +130,7 @@ def parse_templates(content: Any, source: str) -> dict[int | None, UserMaterial]
     """Return user materials by phase from the content of a template; key None for all phases.
 
     content: the fields of `UserMaterial` by name, or `phases` with such fields by phase; fields next to
-    `phases` apply to all. Raises CraftmeshError, which begins with `source`, for other content.
+    `phases` apply to all phases. Raises CraftmeshError for other content; source begins its message.
     """
     expected = [field.name for field in fields(UserMaterial)]
     if not isinstance(content, Mapping):
