@@ -6,5 +6,6 @@ around it (`tube`), the integration domain. Interaction integrals with the cryst
 are taken over the tube (`interaction`), tractions on the lips (crack faces) are added (`lip_pressure`), and
 values are fitted along the front (`fit`). `rings` gives J of a body that yielded, `stress_probe` the
 direction of the largest stress, `error` the error of K. Constants stand at the heads of the modules;
-`options` has the user's.
+`options` has those that a user sets. q, as in the domain integrals of the literature, is the virtual
+extension of the front: along the binormal, 1 at the front and 0 at the tube's surface.
 """

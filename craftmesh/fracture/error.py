@@ -1,4 +1,4 @@
-"""Estimated errors of K from one mesh, and flags of nodes that deserve a second look."""
+"""Estimated errors of K from one mesh, and flags of nodes whose K may be unreliable."""
 
 from typing import NamedTuple
 
@@ -12,11 +12,11 @@ from craftmesh.mesh.front_curve import ways_along
 from craftmesh.mesh.front_frames import Front, edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
-# Error over the front's largest K above which a node is flagged, some ten times the errors of exact cases.
-# Lips overlap where K_I is below 0 by more than this fraction of |K|.
+# Error over the front's largest K above which a node is flagged: some ten times the errors in cases with
+# exact answers. Lips count as overlapping where K_I is below 0 by more than this fraction of |K|.
 LARGE = 0.05
-# Bulk over shear modulus at a Poisson's ratio of 0.49, the most that the built-in solver takes; with larger
-# ratios, fields come from elements that do not lock.
+# Bulk over shear modulus at a Poisson's ratio of 0.49, the largest that the built-in solver accepts. Fields
+# of materials with larger ratios come from other programs, whose elements do not lock.
 LOCKING = 50.0
 
 
@@ -32,16 +32,19 @@ def flags_of(
     touch: np.ndarray,
     mixed: np.ndarray,
 ) -> np.ndarray:
-    """Return the flags (k,) of a front's corner nodes, words joined by +, empty where all is well.
+    """Return the flags (k,) of a front's corner nodes: words joined by +, "" for a node without flags.
 
-    end: of an open front. pierce: grains meet at the node. limit: the material changes here, and values are
-    the mean of the limits on both sides. short: the segment is shorter than the half width of a test.
-    narrow: there is no room for a radius of three edges. error: the error of K is over 5 % of the front's
-    largest K. closed: the lips touch at the node, touch (k,), or K_I is negative and more than 5 % of |K|:
-    lips would overlap. interface: elements of several materials (m,), numbers by element, surround an edge
-    of the front at the node, as where the crack runs along a grain boundary; K then belongs to the fields
-    of one material, not to a crack between two crystals. mixed: the tube has another stiffness or
-    eigenstrain than the front has at the node, mixed (k,), for which J has no term.
+    end: the node is an end of an open front. pierce: grains meet at the node. limit: the material changes
+    here, and values are the mean of the limits on both sides. short: the segment is shorter than the half
+    width of a test function. narrow: there is no room for a radius of three edges. error: the error of K is
+    over 5 % of the front's largest K. closed: the lips touch at the node, or K_I is negative and more than
+    5 % of |K|, so that lips would overlap. interface: elements of several materials surround an edge of the
+    front at the node, as where the crack runs along a grain boundary; K then belongs to the fields of one
+    material, not to a crack between two crystals. mixed: somewhere in the tube stiffness or eigenstrain
+    differ from those at the node, for which J has no term.
+
+    radius, error, touch, mixed (k,), k (k, 3): values and masks of the nodes; material (m,): a number per
+    element, equal for equal materials.
     """
     count = len(line.s)
     size = np.sqrt((k * k).sum(axis=1))
@@ -71,7 +74,7 @@ def flags_of(
 
 
 def _at_interface(mesh: TetMesh, front: Front, material: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of corner nodes at an edge of the front between several materials."""
+    """Return a mask (k,) of corner nodes at a front edge that elements of several materials surround."""
     tails = front.corners if front.closed else front.corners[:-1]
     heads = np.roll(front.corners, -1)[: len(tails)]
     between = edges_between_materials(mesh, tails, heads, material)
@@ -82,15 +85,16 @@ class Signs(NamedTuple):
     """Indicators of the error of K at a front's nodes, each (k,) or a number, before weighting.
 
     mesh: 1, because elements are never regular. energy: difference between the roots of J and of the energy
-    release rate of the K: elements too coarse or too stiff for the front's bend, its crystal, or Poisson's
-    ratio. tube: the spread: too little room around the front, or a field that changes within it. pieces:
-    the change of K with spline pieces half as long: K varies within them. crystal: root of the universal
-    index of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 if isotropic: the field then varies more
+    release rate that follows from K, large if elements are too coarse or too stiff for the front's bend,
+    its crystal, or Poisson's ratio. tube: the spread, the change of K in a smaller tube, large if there is
+    too little room around the front or if the field changes within the tube. pieces: the change of K with
+    spline pieces half as long, large if K varies within a piece. crystal: root of the universal index of
+    anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 if isotropic, because the field then varies more
     around the front within an element. volume: the bulk over the shear modulus, because displacement
-    elements lock. change: half the jump of the lips' opening where the material changes, because bodies
-    that hold together have none. end: 1 at the end of an open front, where the stress has another power.
-    energy, tube, pieces and change are fractions of the front's largest value; with each edge along the
-    front, change halves and end falls by e.
+    elements lock. change: half the jump of the lips' opening where the material changes, because the
+    opening of connected bodies has no jump. end: 1 at the end of an open front, where the stress has
+    another power. energy, tube, pieces and change are fractions of the front's largest value. With each
+    edge along the front away from its cause, change halves and end falls by the factor e.
     """
 
     mesh: np.ndarray | float
@@ -103,10 +107,11 @@ class Signs(NamedTuple):
     end: np.ndarray | float
 
 
-# Weights of the indicators, set on eight cases of benchmarks/fracture.py with five edges to the radius. The
-# penny, the penny with a Poisson's ratio of 0.49, the crystals and the lens are against exact answers, the
-# lens, the strip and the polycrystal against half the edges; `change` is set on the polycrystals and bodies
-# of two materials there. docs/fracture.md has all cases.
+# Weights of the indicators, set on eight cases of benchmarks/fracture.py with five edges to the crack
+# radius. The errors of the penny, the penny with a Poisson's ratio of 0.49, the crystals and the lens are
+# against exact answers, those of the lens, the strip and the polycrystal against meshes of edges half as
+# long. `change` is set on the polycrystals and bodies of two materials there. docs/fracture.md has all
+# cases.
 WEIGHTS = Signs(
     mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.5, end=0.045
 )
@@ -123,12 +128,13 @@ def errors(
     one_sided: list[np.ndarray],
     mixed: np.ndarray,
 ) -> np.ndarray:
-    """Return the error (n,) of each of K_I, K_II and K_III, k (n, 3) of one front, in their unit.
+    """Return one error (n,) for K_I, K_II and K_III at the nodes of one front, in the unit of K.
 
-    At 19 nodes of 20 all three are closer than this to the exact ones. j, g (n,): J, and the energy release
-    rate of the K; spread (n,): see FrontParameters; by_pieces (n,): the largest change of a K with spline
-    pieces half as long; one_sided: K and the lips' opening (2, 6) at both ends of each segment; mixed (n,):
-    mask of nodes whose tube holds another material than theirs, see `Tube.others`.
+    At 19 nodes of 20 all three are closer than this to the exact values, in the cases on which WEIGHTS are
+    set. k (n, 3): K_I, K_II, K_III; j, g (n,): J, and the energy release rate that follows from K; spread
+    (n,): largest change of a K in a smaller tube; by_pieces (n,): largest change of a K with spline pieces
+    half as long; one_sided: K and the lips' opening (2, 6) at both ends of each segment; mixed (n,): mask
+    of nodes whose tube contains another material than theirs (`Tube.others`). 0 if all K are 0.
     """
     largest = np.abs(k).max()
     if largest == 0:
@@ -150,11 +156,11 @@ def errors(
 
 
 def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -> np.ndarray:
-    """Return the difference of the roots of J and G over the front's largest root of G (n,).
+    """Return the difference (n,) of the roots of J and G, over the front's largest root of G.
 
     has_j (n,): mask of nodes whose tube holds one material; J has no term for a change of material. even
-    (n,): mask of nodes in isotropic grains; in crystals J varies with their axes more than its splines do.
-    Nodes outside either mask get the median of the nodes with has_j; all get 0 if no node has J.
+    (n,): mask of nodes in isotropic grains; in crystals J varies with their axes faster than its splines
+    can. Nodes outside either mask get the median over the nodes in has_j; all get 0 if has_j is empty.
     """
     root = np.sqrt(np.maximum(g, 0))
     off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)
@@ -165,10 +171,11 @@ def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -
 def _changes(
     line: FrontLine, segments: Segments, one_sided: list[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return half the jump (c,) of the opening at each change of material, and the distances (c, n) to it.
+    """Return half the jump (c,) of the lips' opening at changes of material, and distances (c, n) to them.
 
-    The jump over the opening, times the largest K there, is in the unit of K; K itself may jump with the
-    stiffness. Distances are along the front from its nodes, in local sizes.
+    The jump is converted to the unit of K: divided by the opening and multiplied by the largest K there.
+    It is taken of the opening, because K itself may jump with the stiffness. Distances are along the front
+    from its n nodes, in local edge lengths.
     """
     changes = range(len(segments.start)) if segments.closed else range(1, len(segments.start))
     kept = [] if segments.is_ring else list(changes)

@@ -1,4 +1,4 @@
-"""Near-tip fields of a front's crystals at points around it, with derivatives along the local axes."""
+"""Fields around a crack tip in the crystals of a front, with derivatives along the local axes."""
 
 from typing import NamedTuple
 
@@ -9,18 +9,19 @@ from craftmesh.fracture.segments import Stations
 from craftmesh.mechanics.near_field import AXES_OF_FORCES, MODES
 from craftmesh.mesh.front_curve import MovingFrames
 
-# Powers of 1 / r of the gradients: three fields of unit K, two fields of unit forces.
+# Powers of 1 / r in the gradients: three fields of unit K, two fields of unit forces.
 POWERS = np.repeat([0.5, 1.0], [3, len(AXES_OF_FORCES)])[:, None]
-# Smallest stretch of the tube around a curved front; it would be 0 at the centre of curvature.
+# Lower bound of the stretch, a length along a curved front at some distance over the length at the front
+# itself. It would be 0 at the centre of curvature.
 LEAST_STRETCH = 0.05
 
 
 class PointFields(NamedTuple):
-    """Fields at points (p,), in the local axes of each: binormal, normal and tangent; m counts the fields.
+    """The MODES fields at points (p,), in the local axes of each point: binormal, normal and tangent.
 
-    h (p, 3, m, 3): derivative of displacement i along axis j in field m, at [i, m, j]; stress (p, m, 3, 3);
-    dh (p, 3, 3, m, 3), dstress (p, 3, m, 3, 3): their derivatives along each axis, which allow for its
-    turning.
+    h (p, 3, m, 3): derivative of displacement i along axis j in field m, at [:, i, m, j]; stress (p, m, 3,
+    3); dh (p, 3, 3, m, 3), dstress (p, 3, m, 3, 3): their derivatives along each axis (index 1), including
+    the turning of the axes along the front.
     """
 
     h: np.ndarray
@@ -39,8 +40,8 @@ def fields_at(
 ) -> PointFields:
     """Return the fields of a segment's crystal at places (p, 3).
 
-    s (p,) and frames: of the nearest points on the front; side (p,): 1 where theta is within pi of pi / 2,
-    else -1.
+    s (p,) and frames: arc length and frames of the nearest points on the front; side (p,): 1 for points on
+    the side of lip A, whose theta is within pi of pi / 2, and -1 on the side of lip B.
     """
     offset = (frames.axes @ (place - frames.point)[:, :, None])[:, :, 0]
     turn = frames.turns @ frames.axes.swapaxes(1, 2)
@@ -63,7 +64,10 @@ def fields_at(
 
 
 def stresses(stiffness: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the stresses (p, ..., 3, 3) of displacement gradients of that shape; stiffness (p, 9, 9)."""
+    """Return the stresses (p, ..., 3, 3) of displacement gradients of the same shape.
+
+    stiffness (p, 9, 9): over the nine components of a tensor, row by row.
+    """
     rows = gradient.reshape(len(gradient), -1, 9)
     return (rows @ stiffness).reshape(gradient.shape)
 
@@ -71,10 +75,10 @@ def stresses(stiffness: np.ndarray, gradient: np.ndarray) -> np.ndarray:
 def _interpolated(
     stations: Stations, segment: int, s: np.ndarray, theta: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the parts of the gradients that depend on theta and s, and the stiffnesses (p, 9, 9).
+    """Return the fields' displacement gradients without their power of r, and the stiffness, at p points.
 
-    The parts (p, 3, m, 3) are values, derivatives by theta and derivatives by s; they are interpolated by
-    cubics in theta and linearly in s.
+    The first are three arrays (p, 3, m, 3): values, derivatives by theta and derivatives by s. They are
+    interpolated by cubics in theta and linearly in s between stations. The stiffness is (p, 9, 9).
     """
     station, part, per_s = stations.places(segment, s)
     angles = stations.angles

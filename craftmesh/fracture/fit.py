@@ -1,4 +1,8 @@
-"""From nodal forces to values along the front: hats as test functions, least squares onto B-splines."""
+"""From contributions of nodes to values along the front: hats as test functions, then fits of B-splines.
+
+A hat is a function of the arc length that is 1 at a node of the front and falls linearly to 0 on both
+sides.
+"""
 
 from dataclasses import dataclass
 
@@ -11,32 +15,32 @@ from craftmesh.mesh.cubic_basis import CubicBasis, graded_basis
 from craftmesh.mesh.front_curve import sizes_at_bends, ways_along
 from craftmesh.mesh.front_frames import Front
 
-# Half width of a test in local sizes: hats of one edge see each irregularity of the mesh (errors of 3 %
-# instead of 0.7 %), wider ones are smoother than the splines need.
+# Half width of a hat in local sizes (mean edge lengths nearby): hats of one edge see each irregularity of
+# the mesh (errors of 3 % instead of 0.7 %), wider ones are smoother than the splines need.
 HALF_WIDTH = 2.0
-# Fraction of the radius up to which q is constant; from there it falls to 0. At the least radius, 2.5
-# edges, it falls beyond the elements that touch the front. With 0.4 such a tube gave K that erred by 0.9 %
-# on a lens crack (now 0.34, as with four edges), in a polycrystal 1.7 % from a wide tube's K (now 0.13);
-# without the plateau, K_I errs by 0.7 %.
+# Fraction of the tube's radius up to which q, the virtual extension, is constant; from there it falls to 0.
+# At the smallest radius, 2.5 edges, it then falls only beyond the elements that touch the front. With 0.4,
+# K in a tube of this radius erred by 0.9 % on a lens crack (now 0.34, as with a radius of four edges), and
+# in a polycrystal differed by 1.7 % from K in a wide tube (now 0.13). Without a plateau, K_I errs by 0.7 %.
 PLATEAU = 0.6
-# Fewest tests on a segment, or nodes with known displacements, for a spline of stiffness SMOOTH; with fewer
+# Fewest hats on a segment, or nodes with known displacements, for a spline of stiffness SMOOTH. With fewer
 # the stiffness is STRAIGHT, which makes the spline a straight line.
 LEAST_KNOWN = 6
 STRAIGHT, SMOOTH = 1e6, 1e-6
 # Longest spline piece over the front's bend radius: K varies as fast as the front bends. On the ellipse
 # 25:6 splines of four edges through its exact K miss it by 0.7 % at the sharp ends.
 OF_BEND = 0.8
-# Factor on the length of pieces in crystals. The lips' opening, which is fitted, does not vary as the
-# crystal's axes turn; errors of elements do, in waves of ten edges. With ten edges to the radius and pieces
-# of four edges, K errs by 2.0 % in a crystal of Zener 8 and by 0.6 % in copper; with pieces of six by 0.5
-# and 0.25 %.
+# Factor on the length of spline pieces in crystals. The lips' opening, which is fitted, does not vary as
+# the crystal's axes turn along the front; errors of elements do, in waves of ten edges. With ten edges to
+# the crack's radius and pieces of four edges, K errs by 2.0 % in a crystal with a Zener ratio of 8 and by
+# 0.6 % in copper; with pieces of six edges by 0.5 and 0.25 %.
 IN_CRYSTALS = 1.5
 # Gauss points on each edge of the front: exact for a quadratic times a cubic.
 _GAUSS, _WEIGHT = (a / 2 for a in np.polynomial.legendre.leggauss(4))
 # Length of the pieces of splines through the front's displacements, in local sizes.
 PIECES = 3.0
 # Rows of the strains 11, 33 and 13 among 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent. The
-# other three follow from lips that are free of traction.
+# other three strains follow from these, because lips are free of traction.
 _IN_LIPS = np.array([0, 2, 4])
 # Places of 11, 22, 33, 12, 13, 23 among the nine components of a tensor, row by row.
 _OF_NINE = np.array([0, 4, 8, 1, 2, 5])
@@ -44,9 +48,10 @@ _OF_NINE = np.array([0, 4, 8, 1, 2, 5])
 
 @dataclass(frozen=True, eq=False)
 class FrontLine:
-    """A front's corner nodes along its arc length: s and local sizes (k,); total: the front's length.
+    """A front's corner nodes along its arc length.
 
-    bend (k,): the front's bend radius at the nodes.
+    s (k,): their arc lengths; sizes (k,): local sizes, mean edge lengths nearby; bend (k,): the front's
+    bend radius at the nodes; total: the front's length.
     """
 
     s: np.ndarray
@@ -66,22 +71,25 @@ class FrontLine:
         return np.interp(s, self.s, values, period=self.total if self.closed else None)
 
     def near(self, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return a mask (k,) of nodes within radius (k,) along the front of a place (m,), an arc length."""
+        """Return a mask (k,) of nodes with one of the arc lengths `places` (m,) within radius (k,)."""
         way = ways_along(self.s, places, self.total, self.closed)
         return way.min(axis=1, initial=np.inf) < radius
 
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """Hats on a segment, as offsets from its start: centres (k,), half widths before and behind (k,)."""
+    """Hats on a segment: their centres (k,) as offsets from its start, and both half widths (k,).
+
+    before, behind: half widths towards smaller and larger offsets; inf keeps the hat at 1 on this side.
+    """
 
     centres: np.ndarray
     before: np.ndarray
     behind: np.ndarray
-    period: float  # length of a ring, 0 on a segment with ends
+    period: float  # length of a closed front that is one segment, else 0
 
     def values(self, offset: np.ndarray) -> csr_array:
-        """Return the hats' values (k, n) at offsets (n,)."""
+        """Return the values (k, n) of the k hats at offsets (n,)."""
         order = np.argsort(offset, kind="stable")
         ordered = offset[order]
         turns = (-self.period, 0.0, self.period) if self.period else (0.0,)
@@ -102,7 +110,10 @@ class Tests:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Values along one segment: a spline over offsets from its start, or a constant if basis is None."""
+    """Values along one segment: splines over offsets from its start, or constants if basis is None.
+
+    coefficients (b, c): of the b basis splines for c values; with constants (1, c).
+    """
 
     basis: CubicBasis | None
     coefficients: np.ndarray
@@ -121,15 +132,18 @@ class Fitted:
 
 
 def falloff(distance: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return q's factor across the front at nodes (n,): 1 up to PLATEAU of the radius (n,), 0 beyond it."""
+    """Return the decrease of q away from the front at nodes (n,), from 1 to 0.
+
+    It is 1 up to a distance (n,) of PLATEAU times the tube's radius (n,), then falls linearly to 0 there.
+    """
     return np.clip((1 - distance / radius) / (1 - PLATEAU), 0, 1)
 
 
 def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
-    """Return a hat at each corner node of a segment; hats vanish where the material changes.
+    """Return a hat at each corner node inside a segment; the hats end where the material changes.
 
-    At the ends of an open front hats are not cut. A segment without a corner inside gets one hat over its
-    length.
+    At the ends of an open front there are hats too, which keep 1 beyond the end. A segment without a corner
+    inside gets one hat over its length.
     """
     length, ring = segments.length[segment], segments.is_ring
     rows, offset = segments.within(segment, line.s)
@@ -153,10 +167,10 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
 def fit_segment(
     line: FrontLine, segments: Segments, segment: int, s: np.ndarray, weights: np.ndarray, knots: float
 ) -> Fitted:
-    """Return values along a segment; their integrals with the test functions equal the forces' integrals.
+    """Return c values along a segment, whose integrals with the hats fit the nodes' contributions.
 
-    s (n,), weights (n, c): the segment's nodes, and their forces times q's factor across the front. knots:
-    length of the spline pieces in local sizes.
+    The fit is by least squares. s (n,): arc lengths of the segment's nodes; weights (n, c): their
+    contributions to the integrals times `falloff`; knots: length of the spline pieces in local sizes.
     """
     tests = tests_on(line, segments, segment)
     integrals = tests.values(segments.offset(segment, s)) @ weights
@@ -171,7 +185,10 @@ def fit_segment(
 
 
 def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: float) -> CubicBasis:
-    """Return the B-splines of a segment over offsets from its start; knots: as in `fit_segment`."""
+    """Return the B-splines of a segment over offsets from its start.
+
+    knots: length of the pieces in local sizes; pieces are longer in crystals and shorter at sharp bends.
+    """
     knots *= 1.0 if is_isotropic(segments.stiffness[segment]) else IN_CRYSTALS
     sizes = sizes_at_bends(line.sizes, line.bend, OF_BEND / knots)
     if segments.is_ring:
@@ -187,10 +204,10 @@ def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: floa
 def _gauss_on_edges(
     line: FrontLine, segments: Segments, segment: int, tests: Tests
 ) -> tuple[np.ndarray, csr_array]:
-    """Return offsets (g,) of Gauss points on the segment's edges, and weighted test values (k, g) there.
+    """Return offsets (g,) of Gauss points on the segment's edges, and values (k, g) of k hats there.
 
-    On each edge a test is the quadratic through its values at both ends and the middle, as q is in the
-    mesh.
+    The values are multiplied by the weights of the Gauss points. On each edge a hat is replaced by the
+    quadratic through its values at both ends and the middle, as the shape functions do with q in the mesh.
     """
     begin, end = (edge[segments.of_edge == segment] for edge in line.edges())
     length = end - begin
@@ -209,9 +226,10 @@ def _gauss_on_edges(
 def displacements_along_front(
     tube: Tube, front: Front, line: FrontLine, segments: Segments
 ) -> list[Fitted]:
-    """Return the displacement (3) along each segment, less that of its eigenstrain, fitted to its nodes.
+    """Return splines of the displacement (3 columns) along each segment, fitted to the front's nodes.
 
-    The mean rotation of the tube is taken out: the fields of unit forces give the strain without it.
+    The displacement by the segment's eigenstrain is subtracted. It is without the mean rotation of the
+    tube, because the fields of unit forces give the strain without this rotation.
     """
     begin, end = line.edges()
     s = np.concatenate([line.s, 0.5 * (begin + end)])
@@ -229,11 +247,11 @@ def displacements_along_front(
 
 
 def stress_along_binormal(stiffness: np.ndarray, ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return T (k,): the stress 11 of the part of the field that stays finite at the front.
+    """Return T (k,): the stress along the binormal in the part of the field that stays finite at the front.
 
     stiffness (k, 9, 9): in local axes; ahead (k, 2): derivatives along the binormal of the displacements
     along binormal and tangent; along (k, 2): derivatives along the tangent of the displacements along
-    tangent and binormal. The lips are free of traction, so stresses 22, 12 and 23 vanish.
+    tangent and binormal. Lips are taken as free of traction, so that stresses 22, 12 and 23 vanish.
     """
     strain = np.column_stack([ahead[:, 0], along[:, 0], ahead[:, 1] + along[:, 1]])
     compliance = np.linalg.inv(stiffness[:, _OF_NINE[:, None], _OF_NINE])[:, _IN_LIPS[:, None], _IN_LIPS]

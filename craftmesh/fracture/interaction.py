@@ -1,4 +1,7 @@
-"""Interaction integrals: contributions of the nodes of a front's tube to the integrals of K, T and J."""
+"""Interaction integrals: contributions of the nodes of a front's tube to the integrals of K, T and J.
+
+A contribution is the integral for a virtual extension q that is 1 at one node and 0 at all others.
+"""
 
 from typing import NamedTuple
 
@@ -23,7 +26,7 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 
 # Number of integrals; the last one is J's.
 ROWS = MODES + 1
-# Number of elements that are worked on at once: arrays of 4 MB.
+# Number of elements that are processed at once, with arrays of 4 MB.
 AT_ONCE = 200
 
 
@@ -45,11 +48,12 @@ class Points(NamedTuple):
 
 
 class Local(NamedTuple):
-    """Quantities at points (p,), in the local axes (p, 3, 3) of each.
+    """Quantities at points (p,), in the local axes (p, 3, 3) of each point.
 
-    across (p, 10, 3): the nodes' binormals; gradient (p, 3, 3): the element's displacement gradient less
-    the eigenstrain of the grain at the front; own (p, 3, 3): its stress; energy (p,): its elastic energy
-    density; h and the rest: see `PointFields`.
+    across (p, 10, 3): binormals at the element's nodes; gradient (p, 3, 3): the element's displacement
+    gradient less the eigenstrain of the grain at the front; own (p, 3, 3): the element's stress; energy
+    (p,): its elastic energy density; h, dh, stress, dstress: gradients and stresses of the crystal's
+    fields, with derivatives, as in `PointFields`.
     """
 
     axes: np.ndarray
@@ -64,7 +68,7 @@ class Local(NamedTuple):
 
 
 def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np.ndarray:
-    """Return each node's contributions (n, ROWS) to the integrals, for q of 1 there along its binormal."""
+    """Return each tube node's contributions (n, ROWS) to the integrals, with q along its binormal."""
     weights = np.zeros((len(tube.nodes), ROWS))
     for segment in range(len(stations.start)):
         own = tube.segment[tube.tets] == segment
@@ -81,7 +85,10 @@ def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np
 def _points(
     tube: Tube, curve: FrontCurve, element: np.ndarray, value: np.ndarray, slope: np.ndarray
 ) -> Points:
-    """Return points in elements (p,); value (p, 10), slope (p, 10, 3): of the integration rule there."""
+    """Return integration points in elements (p,), rows of the tube.
+
+    value (p, 10), slope (p, 10, 3): shape functions and their derivatives by the element's coordinates.
+    """
     nodes = tube.tets[element]
     jacobian = jacobians(tube.points, nodes, slope[:, None])[:, 0]
     cofactors = np.stack([np.cross(jacobian[:, i - 2], jacobian[:, i - 1]) for i in range(3)], axis=1)
@@ -97,7 +104,7 @@ def _points(
 def _local(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, points: Points, side: np.ndarray
 ) -> Local:
-    """Return the quantities of the integrands at points; side (p,): see `fields_at`."""
+    """Return the quantities of the integrands at points; side (p,): 1 for the side of lip A, -1 for B."""
     s = curve.nearest(points.place, points.guess)
     frames = curve.moving_frames(s)
     fields = fields_at(stations, segment, s, frames, points.place, side)
@@ -116,10 +123,10 @@ def _of_elements(
 ) -> np.ndarray:
     """Return the contributions (e, 10, ROWS) of the elements' nodes: the integral of P grad N + B N.
 
-    P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad s' : e, where h, s' are the
-    gradient and stress of a crystal's field and s, e the stress and strain of the element; no derivative of
-    the material is needed. u is less the uniform eigenstrain of the grain at the front, so that s is C e
-    there. For J, P is the energy-momentum tensor.
+    N are the shape functions, P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad
+    s' : e, where h, s' are the gradient and stress of a crystal's field and s, e the stress and strain of
+    the element. No derivative of the material is needed. From u the uniform eigenstrain of the grain at the
+    front is subtracted, so that s is C e there. For J, P is the energy-momentum tensor and B is 0.
     """
     (share, weights), count = tet_rule(FULL_RULE), len(elements)
     element = np.repeat(elements, len(weights))
@@ -146,7 +153,7 @@ def _of_elements(
 
 
 def _energies(at: Local) -> np.ndarray:
-    """Return s' : e of each field and, in the last column, the elastic energy: (p, ROWS)."""
+    """Return s' : e, the interaction energy with each field, and last the elastic energy: (p, ROWS)."""
     shared = at.stress.reshape(-1, MODES, 9) @ at.gradient.reshape(-1, 9, 1)
     return np.column_stack([shared[:, :, 0], at.energy])
 
@@ -156,10 +163,10 @@ def _of_faces(
 ) -> np.ndarray:
     """Return the contributions (f, 10, ROWS) of the nodes of elements at outer faces that q may move.
 
-    They are the integral of N ((s' : e) m - (s' m) . grad u - t . h), m the normal and t the traction: the
-    given one, or on loaded faces the element's own, s m. For J they are the elastic energy times m, less t
-    . grad u. Terms with m count where lips are curved or q has a part along m; lip faces at the front lack
-    them.
+    They are the integral of N ((s' : e) m - (s' m) . grad u - t . h), with the face's normal m and the
+    traction t: the given one, or on loaded faces the element's own, s m. For J they are the elastic energy
+    times m, less t . grad u. Terms with m count where lips are curved or q has a part along m; they are
+    left out on lip faces that touch the front.
     """
     rules, count = face_rules(), len(faces)
     row, share = np.repeat(faces, len(rules.weight)), np.tile(rules.share, (count, 1))
@@ -199,9 +206,9 @@ def _changes(
 ) -> np.ndarray:
     """Return changes (p, 3) of tractions (p, 3) at points that move from start to end (p, 3).
 
-    row (p,): face of each point. A linear function is fitted to each face's tractions. With five edges to
-    the radius the front's chords lie so far off that K under a traction with r to the fourth was 0.6 %
-    less.
+    row (p,): face of each point. A linear function is fitted to each face's tractions. Without these
+    changes, K of a crack with five edges to its radius, under a traction that grows with r to the fourth,
+    was 0.6 % less, because the front's edges are chords.
     """
     count = (len(row) // tube.traction.shape[1], tube.traction.shape[1])
     corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row[:: count[1]]])]
@@ -212,11 +219,13 @@ def _changes(
 def _begun_at_curve(
     tube: Tube, curve: FrontCurve, points: Points, share: np.ndarray, row: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (p, 3) on lips as if these began at the front's curve, and their stretch (p,).
+    """Return new positions (p, 3) of points on lip facets at the front, and the ratio (p,) of their areas.
 
-    Near the front the fields grow with 1 / root(r): on its chords 6 % of a pressure's K are missing with
-    ten edges to the radius. A place lies between a point on the chord and a point on the other side of the
-    facet, row (p,) of the tube's faces; share (p, 3): its barycentric coordinates.
+    The facets end at chords of the front's curve. Points are moved as if the facets ended at the curve:
+    points on the chord onto the curve, others by less, to 0 at the opposite side or corner of the facet.
+    Near the front the fields grow with 1 / root(r), so that without this 6 % of the K of a pressure were
+    missing with ten edges to the crack's radius. row (p,): the facet in the tube's faces; share (p, 3):
+    barycentric coordinates in it.
     """
     corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row])].swapaxes(1, 2)
     at_front = tube.at_front[row]

@@ -27,7 +27,7 @@ class FaceTractions:
     traction: np.ndarray
 
     def on(self, faces: np.ndarray) -> np.ndarray:
-        """Return tractions (k, q, 3) at the q points of each face (k, 2), 0 on faces without tractions."""
+        """Return tractions (k, q, 3) at the q points of each face (k, 2), 0 on faces without traction."""
         key, own = (rows @ np.array([4, 1]) for rows in (faces, self.faces))
         order = np.argsort(key)
         first = np.searchsorted(key, own, sorter=order)
@@ -47,7 +47,10 @@ NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, len(triang
 
 
 def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray | None) -> FaceTractions:
-    """Return all tractions on the lips of a 10-node mesh: given ones, and by contact forces (n, 3)."""
+    """Return all tractions on the lips (crack faces) of a 10-node mesh: the given ones and contact's.
+
+    contact (n, 3): forces by which touching lips push each other apart, None without contact.
+    """
     parts = [contact_tractions(mesh, contact)]
     for part in given:
         area = face_points(mesh.points[face_nodes(mesh.tets, part.faces)]).area
@@ -59,8 +62,9 @@ def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray 
 def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTractions:
     """Return the tractions of contact on both lips of a 10-node mesh.
 
-    contact (n, 3): forces by which the nodes of the lips push apart, as in `Solution`. The pressure is
-    linear on each facet and continuous; its work with the shape functions fits that of the forces.
+    contact (n, 3): forces by which touching lips push each other apart; None: no tractions. The pressure is
+    linear on each facet and continuous. Its work in displacements by the shape functions fits the work of
+    the forces.
     """
     if contact is None or not contact.any():
         return NO_TRACTIONS
@@ -80,7 +84,11 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
 
 
 def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
-    """Return a mask (n,) by `contact` (n, 3), False at nodes of open facets; all False if it is None."""
+    """Return a mask (n,), False at nodes of open facets of lip A; all False if `contact` is None.
+
+    A facet is closed if contact forces (n, 3) act on all its nodes that are not on lip B too. Nodes that
+    are not on lip A are True, so the mask is meant for nodes of the front.
+    """
     touch = np.full(len(mesh.points), contact is not None)
     if contact is None:
         return touch
@@ -92,9 +100,12 @@ def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
 
 
 def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
-    """Return pressures (f, 3) at the corners of facets whose forces at the nodes fit `push` (p,)."""
+    """Return the pressures (f, 3) at the corners of facets that fit given forces between the lips.
+
+    push (p,): forces by which pairs of opposite nodes push apart.
+    """
     corners = face_nodes(mesh.tets[:, :4], pairs.faces[0])
-    # an unknown per pair of nodes, or per node of the front: where cracks cross a node lies on several lips
+    # one unknown per pair of nodes, because a node is on several lips where cracks cross, or per front node
     key = np.where(pairs.facets[:, :3] < 0, len(push) + corners, pairs.facets[:, :3])
     known_keys, unknown = np.unique(key, return_inverse=True)
     unknown = unknown.reshape(corners.shape)
@@ -106,19 +117,19 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     area = abs(work).sum(axis=1)
     bends = _bends(mesh.points[corners], unknown, len(known_keys))
     weighed = diags_array(1 / area) @ work
-    # near the front forces err by 2 % where lips slide: of pressed pennies with five edges to the radius
-    # K_I errs by at most 1.9 % of K_II without the bends, 0.9 with them, 0.6 with nine times their weight;
-    # but then K_I of a bent body that closes one half of its crack errs by 2 % of the other half's in the
-    # mean
+    # Near the front, forces err by 2 % where lips slide. K_I of penny cracks under pressure, with five
+    # edges to the radius, errs by at most 1.9 % of K_II without the bends, by 0.9 % with them, and by 0.6 %
+    # with nine times their weight. With that weight, K_I of a bent body errs on the closed half of its
+    # crack by 2 % of the open half's K_I in the mean.
     normal = weighed.T @ work + bends.T @ bends
     return scipy.sparse.linalg.spsolve(normal.tocsc(), weighed.T @ push)[unknown]
 
 
 def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
-    """Return the matrix (e, count) from values at corners to the changes of slope at facets' edges.
+    """Return the matrix (e, count) that gives the change of slope at edges from values at facets' corners.
 
-    points (f, 3, 3); corner (f, 3): the number of each. A row is the change of the slope across an edge
-    times the edge's length and the root of the adjacent area.
+    points (f, 3, 3): the corners; corner (f, 3): the number, below `count`, of each corner's value. A row
+    is the change of slope across an edge times the edge's length and the root of the adjacent area.
     """
     groups = group_edges(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2))
     facet, edge = np.divmod(groups.pairs, 3)
@@ -136,7 +147,10 @@ def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
 
 
 def _works(mesh: TetMesh, pairs: LipPairs) -> np.ndarray:
-    """Return the integrals (f, 6, 3) over facets of lip A of shape functions times linear functions."""
+    """Return the integrals (f, 6, 3), over facets of lip A, of shape functions times corner coordinates.
+
+    The latter are the barycentric coordinates, linear functions that are 1 at one corner.
+    """
     nodes = mesh.points[face_nodes(mesh.tets, pairs.faces[0])]
     at = face_points(nodes)
     shares = corner_shares(nodes[:, :3], at.place)

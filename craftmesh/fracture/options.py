@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 from craftmesh.options import Options, option
 
-# Smallest radius in edges of the front. Below it K errs by 0.2-0.5 % more, up to 1.7 % at single nodes.
+# Smallest radius of the tube in edges of the front. With smaller radii K errs by 0.2 to 0.5 % more, up to
+# 1.7 % at single nodes.
 LEAST_RADIUS = 2.5
-# Shortest spline piece in edges of the front, between which nothing varies.
+# Shortest spline piece in edges of the front; the mesh has no information within an edge.
 LEAST_PIECES = 1.0
 
 

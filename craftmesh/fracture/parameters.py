@@ -31,7 +31,8 @@ from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of, grain_of_edges
 from craftmesh.types import Solution, TetMesh
 
-# Radius of a second, smaller tube over the first's; its K tells how far the first's may be trusted.
+# Radius of a second, smaller tube over that of the first. The difference of their K is an indicator of
+# error.
 SMALLER = 0.75
 # Columns of K_I, K_II, K_III among the local axes binormal, normal, tangent.
 _IN_ORDER = [1, 0, 2]
@@ -43,10 +44,12 @@ def stress_intensities(
     solutions: Mapping[str, Solution],
     options: FractureOptions = FractureOptions(),  # noqa: B008 (frozen)
 ) -> tuple[dict[str, FrontParameters], dict]:
-    """Return J, K and T along all fronts under each load of `solutions`, and a report of the fronts.
+    """Return J, K and T along all fronts by load of `solutions`, and a report on the fronts.
 
-    solutions: by name, as `solve_model` returns them for the model. A front's end counts as
-    loaded if it lies on a plane that the load holds, moves or pulls. Raises as `fracture_parameters` does.
+    solutions: by name of the load, as `solve_model` returns them for the model. The report has a dict per
+    load and front under "fronts". Faces of the box that the load holds, moves or pulls count as faces with
+    unknown tractions. Raises CraftmeshError for 4-node meshes, displacements that do not fit, and meshes
+    without a front.
     """
     models, found, fronts = model.by_load(), {}, []
     for name, solution in solutions.items():
@@ -67,7 +70,7 @@ def stress_intensities(
 
 
 def _loaded_planes(load: Load | None) -> set[str]:
-    """Return the names of the planes that a load holds, moves or pulls; lips are left out."""
+    """Return the names of the box's planes that a load holds, moves or pulls; none if it is None."""
     if load is None:
         return set()
     names = {part.name for part in (*load.held, *load.moved)} | {part.name for part in load.pulled}
@@ -85,14 +88,14 @@ def fracture_parameters(
     lips: Sequence[Traction] = (),
     eigenstrain: np.ndarray | None = None,
 ) -> tuple[FrontParameters, dict]:
-    """Return the parameters along all fronts of a solved 10-node mesh, and a report.
+    """Return the parameters along all fronts of a solved 10-node mesh, and a report on each front.
 
-    displacement (n, 3) of all nodes; stiffness (g, 6, 6) of grains (g,), ascending ids, in order 11, 22,
-    33, 12, 13, 23 of sample axes. Units follow from stiffness and mesh: K in stress times root of length.
-    loaded: face sets (XMIN, ...) with unknown tractions, where a front may end. contact (n, 3): forces by
-    which touching lips push each other apart, None if no lips touch. lips: other tractions on the lips;
-    eigenstrain (g, 3, 3): of the grains in sample axes. Raises CraftmeshError for 4-node meshes,
-    displacements that do not fit, and meshes without a front.
+    displacement (n, 3): of all nodes; stiffness (g, 6, 6): of grains (g,), ascending ids, in the order 11,
+    22, 33, 12, 13, 23 of sample axes. Units follow from stiffness and mesh: K in stress times root of
+    length. loaded: face sets (XMIN, ...) with unknown tractions, where a front may end. contact (n, 3):
+    forces by which touching lips push each other apart, None if no lips touch. lips: other tractions on the
+    lips; eigenstrain (g, 3, 3): of the grains in sample axes, None for 0. Raises CraftmeshError for 4-node
+    meshes, displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:
         raise CraftmeshError(
@@ -100,8 +103,8 @@ def fracture_parameters(
         )
     if displacement.shape != mesh.points.shape or not np.isfinite(displacement).all():
         raise CraftmeshError(
-            f"fracture: displacements are {displacement.shape} or not finite; expected a row for each of "
-            f"{len(mesh.points)} nodes: use the element and quarter_points with which it was solved"
+            f"fracture: displacements have shape {displacement.shape} or are not finite; expected 3 finite "
+            f"numbers for each of {len(mesh.points)} nodes: use the solution's element and quarter_points"
         )
     fronts = fronts_of(mesh)
     if not fronts:
@@ -187,7 +190,7 @@ def _along(
     radius: np.ndarray,
     knots: float,
 ) -> list[Fitted]:
-    """Return the fitted values of each segment, with tube radius (k,) at the front's nodes."""
+    """Return the fitted integrals of each segment, in a tube of radius (k,) at the front's nodes."""
     weights = weights * falloff(tube.distance, line.along(radius, tube.s))[:, None]
     found = []
     for segment in range(len(segments.start)):
@@ -204,7 +207,10 @@ def _at_nodes(
     fitted: list[Fitted],
     moved: list[Fitted],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list]:
-    """Return K (k, 3), T, J, G (k,) at the front's nodes, and K and opening (2, 6) at segments' ends."""
+    """Return K (k, 3), T, J, G (k,) at the front's nodes, and K with opening (2, 6) at each segment's ends.
+
+    At a node between two segments, values are the mean of both.
+    """
     count = len(line.s)
     total, times, one_sided = np.zeros((count, 6)), np.zeros(count), []
     for segment, (fit, own) in enumerate(zip(fitted, moved)):
@@ -223,7 +229,8 @@ def _values(
 ) -> np.ndarray:
     """Return K_I, K_II, K_III, T, J, G and the lips' opening (k, 9) at offsets (k,) in a segment.
 
-    fit: integrals; moved: displacements; the opening is L^-1 K along binormal, normal and tangent.
+    fit: fitted integrals; moved: fitted displacements. The opening is L^-1 K, the factor of the root of r
+    in the crack opening displacement up to a constant, along binormal, normal and tangent.
     """
     s = stations.start[segment] + offset
     opening, stiffness = stations.at(segment, s)
@@ -240,7 +247,10 @@ def _values(
 def _report(
     parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list, mixed: np.ndarray
 ) -> dict:
-    """Return the report of a front; mixed (n,): mask of nodes left out of its ratio of J to G."""
+    """Return the report of a front, the values of K relative to its largest K.
+
+    mixed (n,): mask of nodes with other materials nearby, which are left out of the ratio of J to G.
+    """
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
     words = Counter(word for flags in parameters.flags.tolist() for word in flags.split("+") if word)
     j, g = parameters.J[~mixed], parameters.G[~mixed]

@@ -1,4 +1,7 @@
-"""J of a body that may have yielded, from nodal stresses and densities of work, on several rings."""
+"""J of a body that may have yielded, from nodal stresses and densities of work, on several rings.
+
+A ring is an integration domain: the elements between two distances from the front.
+"""
 
 from typing import NamedTuple
 
@@ -16,12 +19,16 @@ from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.types import BOX_PLANES, TetMesh
 
-# Inner and outer radius of rings in edges of the front. The first has the elements at the front, the worst.
+# Inner and outer radius of the rings, in edges of the front. The first contains parts of the elements at
+# the front, which are the least accurate.
 RINGS = ((1, 2), (2, 3), (3, 4))
 
 
 class NodalField(NamedTuple):
-    """Nodal displacement (n, 3), stress (n, 6) as 11, 22, 33, 12, 13, 23, and its work (n,) per volume."""
+    """Nodal displacement (n, 3), stress (n, 6) as 11, 22, 33, 12, 13, 23, and work of the stress (n,).
+
+    The work is per volume and includes plastic work.
+    """
 
     displacement: np.ndarray
     stress: np.ndarray
@@ -31,8 +38,8 @@ class NodalField(NamedTuple):
 class FrontRings(NamedTuple):
     """J of one front on each of RINGS, and the lips' mean and largest opening an edge behind the front.
 
-    J is a mean along the front, NaN where a ring has no room. Its spread over the rings is its path
-    dependence, by unloading, by grains that differ, and by the mesh.
+    J is a mean along the front, NaN for a ring without room. Differences between the rings show how far J
+    depends on the path: because of unloading, of different grains, and of the mesh.
     """
 
     J: tuple[float, ...]
@@ -40,18 +47,19 @@ class FrontRings(NamedTuple):
     largest_opening: float
 
     def figures(self) -> dict[str, float]:
-        """Return the figures by name; rings without room are left out."""
+        """Return the numbers by name: opening, largest opening, and J of each ring that has room."""
         rings = {f"J {inner:g} to {outer:g} edges off": J for (inner, outer), J in zip(RINGS, self.J)}
         known = {name: J for name, J in rings.items() if np.isfinite(J)}
         return {"opening": self.opening, "largest opening": self.largest_opening} | known
 
 
 def front_rings(mesh: TetMesh, field: NodalField) -> list[FrontRings]:
-    """Return J and the opening of the lips along each front of a 10-node mesh.
+    """Return J and the opening of the lips (crack faces) of each front of a 10-node mesh.
 
     J is the domain integral of sigma_ij u_i,k v_k,j - W v_k,k (Li, Shih & Needleman 1985), W the work of
-    the stresses, including plastic work; lips have no traction. Where the load has grown in proportion J is
-    what a longer crack would release; after cycles it only describes the field around the front.
+    the stresses, including plastic work; tractions on lips are not considered. If all loads have grown in
+    proportion, J is the energy that a longer crack would release. After cycles it only describes the field
+    around the front.
     """
     pairs = lip_pairs(mesh)
     gaps, lips = pairs.gaps(field.displacement), scipy.spatial.cKDTree(mesh.points[pairs.nodes[:, 0]])
@@ -79,7 +87,10 @@ def front_rings(mesh: TetMesh, field: NodalField) -> list[FrontRings]:
 
 
 def _extension(mesh: TetMesh, front: Front, moved: np.ndarray) -> np.ndarray | None:
-    """Return the extension moved (n, 3), kept in planes where the front ends; None if other faces move."""
+    """Return the virtual extension moved (n, 3), kept in the planes of the box where the front ends.
+
+    Changes `moved` in place. Returns None if the extension moves another outer face, except lips.
+    """
     ends = [] if front.closed else faces_of_nodes(mesh, front.corners[[0, -1]])
     for name, faces in mesh.face_sets.items():
         nodes = np.unique(face_nodes(mesh.tets, faces))
@@ -92,7 +103,7 @@ def _extension(mesh: TetMesh, front: Front, moved: np.ndarray) -> np.ndarray | N
 
 
 def _integral(mesh: TetMesh, field: NodalField, moved: np.ndarray) -> float:
-    """Return J times the front's length for an extension (n, 3) of the nodes that is 1 along the front."""
+    """Return J times the front's length; moved (n, 3): virtual extension of the nodes, 1 at the front."""
     tets = mesh.tets[np.ptp(moved[mesh.tets], axis=1).any(axis=1)]
     places, weights = tet_rule(4)
     total = 0.0

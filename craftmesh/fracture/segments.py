@@ -9,19 +9,19 @@ from craftmesh.mechanics.near_field import MODES, as_tensor, near_field
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.surface.rounding import EXACT, ROUNDING
 
-# Angle in radians by which the axes turn between stations; fields interpolated between them err by 0.02 %
-# in copper.
+# Angle in radians by which the front's axes turn between stations, the points at which fields are computed.
+# Fields interpolated between stations err by 0.02 % in copper.
 TURN = 0.02
-SAMPLES = 16  # samples in each piece of the curve, for its axes and nearest points
+SAMPLES = 16  # samples in each piece of the front's curve, for its axes and nearest points
 
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """A front cut where its material changes.
+    """The segments of a front, which is cut where its material changes.
 
     start, length (k,): in arc length; a closed front in one material is one segment of its whole length.
-    stiffness (k, 6, 6) and eigenstrain (k, 3, 3): in sample axes. of_edge (e,): the segment of each edge;
-    closed, total: of the front, total its length.
+    stiffness (k, 6, 6) and eigenstrain (k, 3, 3): in sample axes; of_edge (e,): the segment of each edge of
+    the front; closed: whether the front is closed; total: the front's length.
     """
 
     start: np.ndarray
@@ -33,17 +33,21 @@ class Segments:
     total: float
 
     def at(self, s: np.ndarray) -> np.ndarray:
-        """Return the segment (k,) that holds arc length s (k,)."""
+        """Return the number (k,) of the segment that contains each arc length s (k,)."""
         place = np.searchsorted(self.start, s, side="right") - 1
         return np.where(place < 0, len(self.start) - 1 if self.closed else 0, place)
 
     @property
     def is_ring(self) -> bool:
-        """Whether the whole front is closed and of one material."""
+        """True if the front is closed and one segment, because all of it is in one material."""
         return self.closed and len(self.start) == 1
 
     def offset(self, segment: int, s: np.ndarray) -> np.ndarray:
-        """Return the offset (k,) of s (k,) from the segment's start, the shorter way around if closed."""
+        """Return the offset (k,) of s (k,) from the segment's start.
+
+        On a closed front, positions in the first half of the rest behind the segment have offsets over its
+        length, positions in the second half negative offsets.
+        """
         offset = s - self.start[segment]
         if not self.closed:
             return offset
@@ -51,7 +55,10 @@ class Segments:
         return np.mod(offset + rest, self.total) - rest
 
     def within(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of s (k,) in a segment, ends included, and their offsets in it, ascending."""
+        """Return the rows of s (k,) in a segment, ends included, and their offsets from its start.
+
+        Rows are sorted by offset. Positions within rounding of an end are put on it.
+        """
         length, rounding = self.length[segment], ROUNDING * self.total
         offset = s - self.start[segment]
         if self.closed:
@@ -66,9 +73,10 @@ class Segments:
 def segments_of(
     s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray, eigenstrain: np.ndarray
 ) -> Segments:
-    """Return the segments of a front with corner nodes at s (k,).
+    """Return the segments of a front with corner nodes at arc lengths s (k,), of length `total`.
 
-    stiffness (e, 6, 6) and eigenstrain (e, 3, 3): along its edges.
+    stiffness (e, 6, 6) and eigenstrain (e, 3, 3): of the front's edges. Edges are in one segment if these
+    are equal in every bit.
     """
     count = len(stiffness)
     material = material_numbers(np.hstack([stiffness.reshape(count, 36), eigenstrain.reshape(count, 9)]))
@@ -91,12 +99,13 @@ def material_numbers(constants: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Stations:
-    """Fields at stations along a front's segments; segment k has stations first[k] to first[k + 1] - 1.
+    """Fields around the front at stations along its segments, n in all.
 
-    start, step (k,): s of a segment's first station, and the distance between its stations. gradients (n *
-    a * 2, 3 * m * 3), in local axes, components i, m, j: at each station and angle (a,) of `near_field` the
-    value and its slope by the angle. opening (n, 3, 3): L^-1; stiffness (n, 9, 9); length: of the front, 0
-    if it is open.
+    Segment k has stations first[k] to first[k + 1] - 1. start, step (k,): arc length of a segment's first
+    station, and the distance between its stations. angles (a,): theta in `near_field`; gradients (n * a *
+    2, 3 * m * 3): at each station and angle the displacement gradients of the m fields, then their slopes
+    by the angle, in local axes, flattened from components i, m, j. opening (n, 3, 3): L^-1 of `near_field`;
+    stiffness (n, 9, 9): in local axes; length: the front's length, 0 if it is open.
     """
 
     first: np.ndarray
@@ -109,7 +118,11 @@ class Stations:
     length: float
 
     def places(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the station (k,) at or before s (k,), the fraction to the next, and its slope in s."""
+        """Return the station (k,) at or before s (k,), and the fraction (k,) of the way to the next.
+
+        Third comes the derivative (k,) of the fraction by s. Positions outside the segment get the fields
+        of its nearer end, with derivative 0.
+        """
         first, last = self.first[segment], self.first[segment + 1] - 1
         reach = self.step[segment] * (last - first)
         offset = s - self.start[segment]
@@ -122,7 +135,10 @@ class Stations:
         return first + station, place - station, np.where(inside, 1 / self.step[segment], 0.0)
 
     def at(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return L^-1 (k, 3, 3) and the stiffness (k, 9, 9) in local axes at s (k,) in a segment."""
+        """Return L^-1 (k, 3, 3) of `near_field` and the stiffness (k, 9, 9) at s (k,) in a segment.
+
+        Both are in local axes and interpolated linearly between stations.
+        """
         station, part, _ = self.places(segment, s)
         part = part[:, None, None]
         tables = self.opening, self.stiffness
@@ -130,7 +146,7 @@ class Stations:
 
 
 def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
-    """Return the fields of the segments' crystals at stations, dense enough for the turning of the axes."""
+    """Return the fields of the segments' crystals at stations, which the axes turn by about TURN apart."""
     local, counts = [], []
     for start, length, stiffness in zip(segments.start, segments.length, segments.stiffness):
         count = _station_count(curve, start, length, stiffness)
@@ -154,7 +170,10 @@ def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
 
 
 def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np.ndarray) -> int:
-    """Return the number of stations, at least two; isotropic materials need only two."""
+    """Return the number of stations of a segment, such that the axes turn by about TURN between them.
+
+    It is at least 2, and 2 in isotropic materials, whose fields do not depend on the axes.
+    """
     if is_isotropic(stiffness):
         return 2
     pieces = max(curve.pieces * length / curve.length, 1)
@@ -164,5 +183,8 @@ def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np
 
 
 def is_isotropic(stiffness: np.ndarray) -> bool:
-    """Return whether a stiffness (6, 6) is isotropic, to about 1e-6: the index is the square of that."""
+    """Return True if a stiffness (6, 6) is isotropic, up to relative differences of about 1e-6.
+
+    The anisotropy index, which is compared, grows with the square of such differences.
+    """
     return bool(mean_moduli(stiffness[None]).anisotropy[0] < EXACT)

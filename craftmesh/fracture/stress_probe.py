@@ -10,21 +10,23 @@ from craftmesh.mesh.front_curve import NEWTON_STEPS
 from craftmesh.mesh.front_frames import Front
 from craftmesh.mesh.integration import jacobians, shape_slopes, shape_values
 
-# Degrees: half width of the arc, which ends well before the lips; step of the probes; step of the search.
+# Angles in degrees: half width of the arc, which ends well before the lips (crack faces), step between
+# probes, and step of the search for the largest stress.
 WIDEST, STEP, FINE = 110.0, 5.0, 0.1
-# Number of elements tried for each place, by the distance of their centres.
+# Number of elements tried for each position, those with the nearest centres.
 TRIED = 32
-# Barycentric distances: an element holds a place at most INSIDE outside it; a place over OUTSIDE outside
-# all elements lies outside the body.
+# Barycentric distances: an element contains a position that is at most INSIDE outside it. A position that
+# is over OUTSIDE outside all elements is outside the body.
 INSIDE, OUTSIDE = 1e-6, 0.05
 
 
 def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angle (k,) in degrees of the largest tangential stress at s (k,), and that stress (k,).
+    """Return the angle (k,) in degrees of the largest tangential stress around the front, and the stress.
 
-    radius (k,): of the arcs, which lie perpendicular to the front; angles are from the binormal, positive
-    towards the normal. NaN where too few probes of an arc lie inside the body. Source: the maximum of the
-    tangential stress, F. Erdogan, G. C. Sih, J. Basic Eng. 85 (1963).
+    s (k,): arc lengths on the front; radius (k,): of the arcs there, which are perpendicular to the front.
+    Angles are from the binormal, positive towards the normal, and within WIDEST. NaN where 7 or fewer
+    probes of an arc are inside the body. Source: the criterion of F. Erdogan and G. C. Sih, J. Basic Eng.
+    85 (1963).
     """
     angles = np.radians(np.arange(-WIDEST, WIDEST + STEP / 2, STEP))
     points, _, normal, binormal = front.curve.frames(s)
@@ -39,10 +41,10 @@ def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple
 
 
 def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stresses (k, 3, 3) at places (k, 3), and how far each lies outside its element (k,).
+    """Return the stresses (k, 3, 3) at positions (k, 3), and their distances (k,) from their elements.
 
-    The element is the first by distance of centres that holds the place, or the one that misses it least.
-    The distance is in barycentric coordinates.
+    The element of a position is the first by distance of centres that contains it, or of the TRIED nearest
+    the one that misses it least. Distances are in barycentric coordinates, 0 inside.
     """
     centres = tube.points[tube.tets[:, :4]].mean(axis=1)
     tried = scipy.spatial.KDTree(centres).query(places, k=range(1, min(TRIED, len(centres)) + 1))[1]
@@ -62,9 +64,9 @@ def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return the barycentric coordinates (k, 4) of places (k, 3) in elements with nodes at (k, 10, 3).
+    """Return the barycentric coordinates (k, 4) of positions (k, 3) in elements with nodes at (k, 10, 3).
 
-    Newton's method, with steps of at most half an element.
+    By NEWTON_STEPS steps of Newton's method, of at most half an element; convergence is not checked.
     """
     share = np.full((len(places), 4), 0.25)
     for _ in range(NEWTON_STEPS):
@@ -78,9 +80,10 @@ def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _largest(angles: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angle in degrees and the value of the largest pull (k, a), smoothed over angles (a,).
+    """Return the angles (k,) in degrees and the values (k,) of the largest stress in `pull` (k, a).
 
-    Stresses jump between elements; the smooth terms are the first three powers of r in Williams' series.
+    The stresses at angles (a,) are first fitted by smooth terms, because they jump between elements; the
+    terms are those of the first three powers of r in Williams' series. NaN if too few are finite.
     """
     fine = np.radians(np.arange(-WIDEST, WIDEST + FINE / 2, FINE))
     angle, value = np.full(len(pull), np.nan), np.full(len(pull), np.nan)
@@ -95,6 +98,6 @@ def _largest(angles: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _terms(angles: np.ndarray) -> np.ndarray:
-    """Return the terms (a, 7) of the tangential stress at angles (a,)."""
+    """Return the values (a, 7) at angles (a,) of the terms that are fitted to the tangential stress."""
     waves = [wave(k * angles / 2) for k in (1, 3, 4) for wave in (np.cos, np.sin)]
     return np.stack([np.ones(len(angles)), *waves], axis=1)

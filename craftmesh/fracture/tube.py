@@ -17,10 +17,11 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
 
-# Largest radius over the front's bend radius: the tube ends before the centre of curvature.
+# Largest radius of the tube over the front's bend radius, so that the tube ends before the centre of
+# curvature.
 OF_CURVATURE = 0.8
-# Ratio of the length along a front to the distance above which two of its parts are strangers; half around
-# a circle it is 1.6.
+# Ratio of the length along a front to the straight distance, above which two of its nodes are strangers,
+# parts that the tube must not reach both. Between opposite points of a circle it is 1.6.
 STRANGERS = 2.5
 
 
@@ -29,9 +30,9 @@ def radii(
 ) -> np.ndarray:
     """Return the tube's radius (k,) at the nodes of front `number`; fronts: points (k, 3) of each front.
 
-    sizes (k,): local sizes; radius: the wanted radius in local sizes. It is smaller where the front bends,
-    or where another front, or a part of this one that counts as a stranger, is near, but at least
-    LEAST_RADIUS.
+    sizes (k,): local sizes, mean edge lengths nearby; radius: the wanted radius in local sizes. The result
+    is smaller where the front bends, or where another front, or a part of this front that counts as a
+    stranger, is near, but at least LEAST_RADIUS local sizes.
     """
 
     points = fronts[number]
@@ -48,11 +49,11 @@ def radii(
 
 
 class SolvedMesh(NamedTuple):
-    """A 10-node mesh, the displacements (n, 3) of its nodes, and all else that K of its fronts needs.
+    """A 10-node mesh, the displacements (n, 3) of its nodes, and all other data for K of its fronts.
 
     stiffness (g, 6, 6) and eigenstrain (g, 3, 3) of grains (g,), ascending ids; loaded: face sets with
-    unknown tractions; tractions: known ones, on lips; touch (n,): mask of nodes at which the lips are
-    closed.
+    unknown tractions; tractions: known tractions on lips (crack faces); touch (n,): mask of nodes at which
+    the lips are closed.
     """
 
     mesh: TetMesh
@@ -67,15 +68,16 @@ class SolvedMesh(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    """The elements around a front, their nodes, and the outer faces that q may move.
+    """The elements around a front, their nodes, and the outer faces that the virtual extension q may move.
 
-    nodes (n,): ids in the mesh; points, displacement (n, 3); s (n,): of the nearest points on the front,
-    distance (n,) to them, binormal (n, 3) there; segment (n,) of the front. tets (e, 10): rows of nodes;
-    grain (e,): rows of stiffness (g, 6, 6) and eigenstrain (g, 3, 3); side (e,): 1 on the side of lip A, -1
-    on the side of lip B; shift (c, 3, 3): the eigenstrain at the front in each segment. faces (f, 2): outer
-    faces (element, face); lip faces that touch the front only if they have tractions; face_side (f,): as
-    side; at_front (f, 3): mask of the corners of lip faces on the front; loaded (f,): mask of faces that
-    may have unknown tractions; traction (f, q, 3): known ones, at the points of `face_points`.
+    nodes (n,): ids in the mesh; points, displacement (n, 3): displacements without rigid motion; s (n,):
+    arc lengths of the nearest points on the front, distance (n,) to them, binormal (n, 3) and segment (n,)
+    there. tets (e, 10): rows of nodes; grain (e,): rows of stiffness (g, 6, 6) and eigenstrain (g, 3, 3);
+    side (e,): 1 on the side of lip A, -1 on the side of lip B; shift (c, 3, 3): the eigenstrain at the
+    front in each segment. faces (f, 2): outer faces (element, face); lip faces that touch the front are
+    among them only if they have tractions; face_side (f,): like side; at_front (f, 3): mask of the corners
+    of lip faces on the front; loaded (f,): mask of faces that may have unknown tractions; traction (f, q,
+    3): known tractions at the points of `face_points`.
     """
 
     nodes: np.ndarray
@@ -98,9 +100,10 @@ class Tube:
     traction: np.ndarray
 
     def others(self, segments: Segments, radius: np.ndarray) -> np.ndarray:
-        """Return the s (k,) of nodes within radius (n,) in elements unlike the front's segment there.
+        """Return arc lengths s (k,) of nodes with another material than the front has at s.
 
-        Unlike elements have another stiffness or eigenstrain than the segment.
+        They are nodes, nearer to the front than radius (n,), of elements whose stiffness or eigenstrain
+        differs from that of the node's segment.
         """
         number = material_numbers(np.concatenate([_constants(self), _constants(segments)]))
         of_grain, of_segment = np.split(number, [len(self.eigenstrain)])
@@ -142,9 +145,9 @@ def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) 
 
 
 def without_rigid_motion(points: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-    """Return displacements (n, 3) of points (n, 3) less their mean shift and rotation.
+    """Return displacements (n, 3) of points (n, 3) less their mean shift and (linearized) rotation.
 
-    Neither changes K, but large ones would add integration errors.
+    Rigid motions do not change K, but large ones would add integration errors.
     """
     place, moved = points - points.mean(axis=0), displacement - displacement.mean(axis=0)
     gradient = np.linalg.solve(place.T @ place, place.T @ moved)
@@ -178,7 +181,8 @@ def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return 1 for elements (e,) on the side of lip A of the front's own crack, -1 on the side of lip B.
 
-    An element that touches only one lip lies on its side. For others the nearest facet of lip A decides.
+    own: the face sets of this crack's lips. An element that touches only one lip is on its side. For other
+    elements the position of their centre relative to the nearest facet of lip A decides.
     """
 
     on_lip = np.zeros((2, len(mesh.points)), bool)
@@ -197,9 +201,10 @@ def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> 
 def _faces(
     solved: SolvedMesh, chosen: np.ndarray, front: Front, side: np.ndarray, lips: Collection[str]
 ) -> tuple[np.ndarray, ...]:
-    """Return the outer faces (f, 2) of the chosen elements, and their arrays in the order of `Tube`.
+    """Return the outer faces (f, 2) of the chosen elements, then face_side, at_front, loaded and traction.
 
-    The element in a face is its row in `chosen`. lips: names of the face sets of the front's own crack.
+    The arrays are those of `Tube`. The element in a face is its row in `chosen`. lips: names of the lip
+    face sets of the front's own crack; side (e,): side of each chosen element.
     """
     mesh = solved.mesh
     row = np.full(len(mesh.tets), -1)
