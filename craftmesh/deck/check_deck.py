@@ -25,14 +25,14 @@ _NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters whos
 
 
 def check_deck(path: str | os.PathLike) -> list[str]:
-    """Return one sentence for each fault that keeps Abaqus or CalculiX from reading a deck.
+    """Return one sentence for each fault that keeps Abaqus or CalculiX from reading a deck; [] without any.
 
     Included files are read in place. Checked are ASCII, line lengths, names and rows of sets, and duplicate
-    ids; that elements, sets and single loads refer to existing nodes and elements; names and parts, by
-    `reference_faults`; that user materials have the declared number of values; that cohesive elements are
-    of a type that Abaqus has and are oriented correctly; and that Jacobians of C3D10 at the integration
-    points, and volumes of C3D4, are positive and not too small for CalculiX. Raises CraftmeshError if
-    numbers are missing.
+    ids; that elements, sets and single loads refer to existing nodes and elements; that names are defined
+    and parts are in order (`reference_faults`); that user materials have the declared number of values;
+    that cohesive elements are of a type that Abaqus has and are oriented correctly; and that Jacobians of
+    C3D10 at the integration points, and volumes of C3D4, are positive and not too small for CalculiX.
+    Raises CraftmeshError if the file is missing, or if rows of nodes or elements are incomplete.
     """
     try:
         return _breaches(read_deck_text(path))
@@ -43,7 +43,7 @@ def check_deck(path: str | os.PathLike) -> list[str]:
 def _breaches(deck: DeckText) -> list[str]:
     breaches = list(deck.breaches)
     if not deck.text.isascii():
-        breaches.append("the deck holds bytes that are not ASCII; expected 7-bit text")
+        breaches.append("the deck contains bytes that are not ASCII; expected 7-bit text")
     long = [number for number, row in enumerate(deck.text.splitlines(), 1) if len(row) > LINE_LIMIT]
     if long:
         breaches.append(f"{deck.place(long[0])}: over {LINE_LIMIT} characters ({len(long)} such lines)")
@@ -58,7 +58,7 @@ def _breaches(deck: DeckText) -> list[str]:
         if not len(ids):
             breaches.append(f"the deck has no {name}s; expected at least one")
         elif twice:
-            breaches.append(f"{twice} {name} ids are duplicate; expected each once")
+            breaches.append(f"{twice} {name} ids are duplicate; expected each id once")
     for block in blocks:
         breaches += [f"{block.place}: {breach}" for breach in _check_block(block, nodes, elements)]
     return breaches + reference_faults(blocks) + _check_shapes(blocks)
@@ -98,7 +98,8 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
 def _check_shapes(blocks: list[Block]) -> list[str]:
     """Return one sentence per block of tetrahedra with a Jacobian or a volume that is not positive.
 
-    Sentences of `_order_faults`, and one on Jacobians too small for CalculiX, are appended.
+    Then come sentences on cohesive elements of wrong node order, and one on Jacobians that are too small
+    for CalculiX.
     """
     tables = [_table(block) for block in blocks if block.keyword == "NODE"]
     nodes = np.concatenate([np.zeros((0, 4)), *(table for table in tables if table.shape[1] == 4)])
@@ -135,10 +136,11 @@ def _check_sizes(block: Block, ids: np.ndarray, sizes: np.ndarray) -> list[str]:
 
 
 def _order_faults(points: np.ndarray, layers: np.ndarray, tets: Sequence[np.ndarray]) -> list[str]:
-    """Return sentences on cohesive elements (k, 6) of wrong node order; points (n, 3).
+    """Return sentences on cohesive elements (k, 6) of wrong node order, and on duplicate ones.
 
-    Nodes 4 to 6 must lie over nodes 1 to 3, and the normal of nodes 1 to 3 must point out of the solid
-    element that has these nodes. tets: tables (m, 4) or (m, 10) of solid elements.
+    Nodes 4 to 6 must be opposite nodes 1 to 3, and the normal of nodes 1 to 3 must point out of the solid
+    element that has these nodes. points (n, 3); layers: the cohesive elements as rows of points; tets:
+    tables (m, 4) or (m, 10) of solid elements.
     """
     bottom, top = (area_vectors(points, layers[:, part]) for part in (slice(3), slice(3, 6)))
     faults = []
@@ -158,7 +160,7 @@ def _order_faults(points: np.ndarray, layers: np.ndarray, tets: Sequence[np.ndar
             "element there; expected it to point out, from nodes 1 to 3 towards 4 to 6"
         )
     if len(np.unique(np.sort(layers, axis=1), axis=0)) < len(layers):
-        faults.append("cohesive elements are duplicate on the same nodes; expected each once")
+        faults.append("several cohesive elements have the same nodes; expected each element once")
     return faults
 
 
@@ -174,7 +176,10 @@ def _ids(blocks: list[Block], keyword: str) -> np.ndarray:
 
 
 def _table(block: Block) -> np.ndarray:
-    """Return the numbers of a block of nodes or elements as rows; raise CraftmeshError for a cut row."""
+    """Return the numbers of a block of nodes or elements as rows (k, c), shape (0, 1) without numbers.
+
+    Raises CraftmeshError if the numbers do not fill rows of the first row's length.
+    """
     joined = re.sub(r",\s*\n", ",", block.data).strip()
     if not joined:
         return np.zeros((0, 1))
@@ -189,7 +194,7 @@ def _table(block: Block) -> np.ndarray:
 
 
 def _unknown(kind: str, ids: np.ndarray, known: np.ndarray) -> list[str]:
-    """Return a list of one sentence if some of `ids` are not in the sorted `known`, else an empty list."""
+    """Return a list of one sentence if some of `ids` are not in the sorted `known`, else []."""
     ids = ids.ravel()
     place = np.searchsorted(known, ids)
     lost = np.sort(ids[np.append(known, -1)[place] != ids]).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Checks that the names in an input deck are defined, in the place where the solvers look for them."""
+"""Checks that the names in an input deck are defined, in the part or model where solvers look for them."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -18,8 +18,8 @@ def reference_faults(blocks: Sequence[Block]) -> list[str]:
     """Return one sentence for each undefined name and each keyword in a wrong place.
 
     Sets, materials, orientations and controls of sections must be in the deck. Names of sets and surfaces
-    in sets, surfaces, loads, contact and output must be defined before, and carry an instance if they are
-    in a part. Cohesive elements must have sections.
+    in sets, surfaces, loads, contact and output must be defined on earlier lines. If they are defined in a
+    part, an instance must stand before the name. Cohesive elements must have sections if the deck has any.
     """
     return [*_section_faults(blocks), *_unnamed_layers(blocks), *_set_faults(blocks), *_part_faults(blocks)]
 
@@ -59,7 +59,7 @@ def _unnamed_layers(blocks: Sequence[Block]) -> list[str]:
 
 
 def _set_faults(blocks: Sequence[Block]) -> Iterator[str]:
-    """Yield sentences on names of sets and surfaces that no earlier line defines in that part or model."""
+    """Yield sentences on names of sets and surfaces that no earlier line defines in the part or model."""
     instances = {block.parameters.get("NAME", "") for block in blocks if block.keyword == "INSTANCE"}
     known: dict[bool, set[str]] = {False: set(), True: set()}  # True: in a part; False: in the model
     inside = False

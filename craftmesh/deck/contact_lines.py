@@ -11,20 +11,20 @@ from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.types import TetMesh
 
-# Contact stiffness (pressure over overlap) times the body's length over its elastic stiffness. Lips of a
-# crack a quarter of the body long overlap by 2e-3 of their overlap without contact. With ten times as much
-# CalculiX takes up to 12 iterations an increment where lips meet, instead of 8. Its default (50 E) depends
-# on the unit of length.
+# Contact stiffness (pressure over overlap), in units of the body's elastic stiffness over its length. Lips
+# of a crack a quarter of the body long then overlap by 2e-3 of their overlap without contact. With ten
+# times as much stiffness CalculiX takes up to 12 iterations per increment where lips meet, instead of 8.
+# CalculiX' default (50 E) depends on the unit of length.
 _PENALTY = 1e3
 
 _NAME = "PLATE_{}"
-# Radius of a plate over the distance of a face's corners from its middle: the body spreads, and must not
-# slip off the plate.
+# Radius of a plate over the distance of a face's corners from its middle: the compressed body spreads, and
+# must not slip off the plate.
 _RADIUS = 2.0
 
 
 def contact_lines(model: ElasticModel) -> Iterator[str]:
-    """Yield a frictionless contact pair for the two lips of each crack."""
+    """Yield a frictionless contact pair for the two lips (crack faces) of each crack, if there are any."""
     mesh = model.mesh
     lips = [name for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)]
     if lips:
@@ -62,7 +62,7 @@ def plate_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
 
 
 def on_plates(load: Load) -> Load:
-    """Return the load with the displacements of both planes given to the plates instead."""
+    """Return the load with the displacements of both planes prescribed to the plates instead."""
     planes = _planes(load)
 
     def carried(parts: tuple[Fixed, ...]) -> tuple[Fixed, ...]:
@@ -74,6 +74,9 @@ def on_plates(load: Load) -> Load:
 
 
 def _planes(load: Load) -> list[str]:
-    """Return the near and the far plane normal to the axis along which the load moves a plane."""
+    """Return the MIN and the MAX plane normal to the axis along which the load moves a plane.
+
+    The load must move exactly one plane (not checked).
+    """
     (moved,) = load.moved
     return [f"{'XYZ'[moved.axis]}{end}" for end in ("MIN", "MAX")]

@@ -11,7 +11,7 @@ from craftmesh.errors import CraftmeshError, existing_file
 
 
 def mesh_file(model: str | os.PathLike) -> Path:
-    """Return the path of the file next to the deck `model` that holds its mesh if the deck includes it."""
+    """Return the path of the mesh file that the deck `model` includes, MODEL_mesh.inp next to MODEL.inp."""
     model = Path(model)
     return model.with_name(f"{model.stem}_mesh{model.suffix}")
 
@@ -24,8 +24,8 @@ def include_line(model: str | os.PathLike) -> str:
     name = mesh_file(model).name
     if not re.fullmatch(r"[A-Za-z0-9_.-]{1,80}", name):
         raise CraftmeshError(
-            f"{model}: includes need a plain file name, but {name!r} is none; use up to 80 letters, "
-            "digits, dots, hyphens and underscores"
+            f"{model}: includes need a plain file name, but the mesh file would be {name!r}; use up to 80 "
+            "letters, digits, dots, hyphens and underscores"
         )
     return f"*INCLUDE, INPUT={name}\n"
 
@@ -34,8 +34,9 @@ def include_line(model: str | os.PathLike) -> str:
 class DeckText:
     """The text of a deck with the included files in place, and the source of each line.
 
-    breaches: sentences on faulty includes; starts: first line in `text` of each piece; sources: its file,
-    "" for the deck itself, and its first line there.
+    breaches: sentences on faulty includes. The text consists of pieces between includes: starts has the
+    first line in `text` of each piece; sources has its file, "" for the deck itself, and its first line
+    there.
     """
 
     text: str = ""
@@ -44,7 +45,7 @@ class DeckText:
     sources: list[tuple[str, int]] = field(default_factory=list)
 
     def place(self, line: int) -> str:
-        """Return "line N" for a line of `text`, N in its own file, after an included file's name."""
+        """Return "line N" for a line of `text`, N counted in its file, after an included file's name."""
         piece = bisect_right(self.starts, line) - 1
         name, first = self.sources[piece]
         return f"{name}line {line - self.starts[piece] + first}"
@@ -53,7 +54,8 @@ class DeckText:
 def read_deck_text(path: str | os.PathLike) -> DeckText:
     """Read a deck with its included files, whose names are relative to the deck's folder, as for solvers.
 
-    Missing files, and files that include themselves, are left out and reported in `breaches`.
+    Missing included files, and files that include themselves, are left out and reported in `breaches`.
+    Raises CraftmeshError if the deck itself is missing.
     """
     deck, texts, line = DeckText(), [], 1
     for name, first, text in _pieces(Path(path), "", (Path(path),), deck.breaches):
@@ -70,7 +72,10 @@ def read_deck_text(path: str | os.PathLike) -> DeckText:
 def _pieces(
     path: Path, name: str, chain: tuple[Path, ...], breaches: list[str]
 ) -> Iterator[tuple[str, int, str]]:
-    """Yield (file, first line, text) of each piece between includes; chain: the files that include it."""
+    """Yield (file, first line, text) of each piece between includes of a file, in order.
+
+    name: the file, as in messages; chain: the deck, then the files that lead to this one, and this one.
+    """
     text = existing_file(path).read_bytes().decode("latin-1")
     start, line = 0, 1
     for found in re.finditer(r"^\*INCLUDE\b[^\n]*\n?", text, re.M | re.I):
@@ -90,7 +95,10 @@ def _pieces(
 
 @dataclass(frozen=True)
 class Block:
-    """A keyword with its parameters (upper case), its data lines and its place in the deck."""
+    """A keyword of a deck with its parameters and data lines.
+
+    Keyword and parameters are in upper case; place: file and line, for messages.
+    """
 
     keyword: str
     parameters: dict[str, str]

@@ -14,7 +14,7 @@ LARGE = 1e16  # from here on numbers are written with an exponent
 def number(value: float) -> str:
     """Return the shortest text that reads back as `value`, or the closest text of 20 characters.
 
-    Only numbers below 0.1 with 16 or 17 digits are too long; their texts keep 13 digits or more.
+    Only numbers of 16 or 17 digits below 0.1, or from 1e16 on, are too long; they keep 13 digits or more.
     """
     text = repr(value)
     return text if len(text) <= _FIELD else _shortened(value, text)
@@ -46,7 +46,7 @@ def node_rows(points: np.ndarray) -> Iterator[str]:
         fields[::4] = range(start, start + len(block))
         for axis, column in enumerate(block.T, 1):
             values: list = column.tolist()
-            # all others have at most 17 digits, a point and a sign
+            # all other numbers have at most 17 digits, a point and a sign, 19 characters
             for row in np.flatnonzero((np.abs(column) < 0.1) | (np.abs(column) >= LARGE)).tolist():
                 values[row] = number(values[row])
             fields[axis::4] = values

@@ -8,9 +8,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import smallest_jacobians
 
-LINE_LIMIT = 256  # characters of a line, in Abaqus
-NAME_LIMIT = 80  # characters of a name, in both
-ROW_LIMIT = 16  # entries in a row of a set, in both
+LINE_LIMIT = 256  # largest number of characters of a line, in Abaqus
+NAME_LIMIT = 80  # largest number of characters of a name, in both programs
+ROW_LIMIT = 16  # largest number of entries in a row of a set, in both programs
 NUMBER_LIMIT = 999_999_999  # largest number of a node or element, in Abaqus
 # Smallest Jacobian: CalculiX treats smaller ones as 0, whatever the unit of length. In version 2.20
 # elements of 100 nm in metres (1e-21) end in an error; elements of 1 um (1e-18) are solved.
@@ -32,9 +32,9 @@ def name_fault(name: str) -> str:
 
 
 def check_writable(model: ElasticModel) -> None:
-    """Raise CraftmeshError for names and numbers that a deck of the model cannot have.
+    """Raise CraftmeshError for names of sets that solvers cannot read, and for too many nodes or elements.
 
-    Names of one kind that differ only in case are the same to the solvers.
+    Names of one kind that differ only in case count as duplicate, because they are the same to the solvers.
     """
     mesh = model.mesh
     surfaces = {name: np.unique(faces[:, 1]) + 1 for name, faces in mesh.face_sets.items() if len(faces)}
@@ -50,7 +50,7 @@ def check_writable(model: ElasticModel) -> None:
         for name in given:
             fault = name_fault(name)
             if name.upper() in seen:
-                fault = "is duplicate to the solvers, for which upper and lower case are the same"
+                fault = "is duplicate to the solvers, which do not distinguish upper and lower case"
             if fault:
                 raise CraftmeshError(f"deck: the {kind} {name[:40]!r} {fault}; rename it in the mesh")
             seen.add(name.upper())
@@ -68,12 +68,12 @@ def too_small_sentence(least: np.ndarray) -> str:
     while small.min() * float(factor) ** 3 < LEAST_JACOBIAN:
         factor *= _UNIT_STEP
     return (
-        f"{len(small)} elements have a Jacobian under {LEAST_JACOBIAN:g} (the least {small.min():.1e}), "
+        f"{len(small)} elements have a Jacobian under {LEAST_JACOBIAN:g} (the smallest {small.min():.1e}), "
         f"which CalculiX treats as 0; write the deck in a unit of length {factor} times smaller "
         "(inp.scale)"
     )
 
 
 def deck_warning(model: ElasticModel) -> str:
-    """Return a sentence on why CalculiX would reject the deck of a valid model, "" if it would not."""
+    """Return a sentence if Jacobians in the deck's unit would be too small for CalculiX, else ""."""
     return too_small_sentence(smallest_jacobians(model.mesh.points, model.mesh.tets) * model.scale**3)

@@ -76,7 +76,11 @@ class DeckOptions(ModelOptions):
 
     @property
     def history(self) -> tuple[LoadStep, ...]:
-        """The steps of the load, empty if it acts in a single step; a nonlinear model gets a ramp."""
+        """The steps of the load, empty if it acts in a single step.
+
+        A loaded model with a user material or lip contact gets a ramp if no steps are given. Raises
+        CraftmeshError if that model has load cases, and for invalid steps.
+        """
         names = list(dict.fromkeys([*self.cases, *(one.name for one in self.combinations)]))
         not_linear = (self.user_material or self.lip_contact) and self.is_loaded and not self.steps
         if not_linear and names:

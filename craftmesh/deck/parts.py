@@ -16,17 +16,18 @@ _ASSEMBLY = f"""\
 # Keywords after the mesh that belong to the part; all others, such as materials and steps, are the model's.
 OF_PART = {"NODE", "NSET", "ELEMENT", "ELSET", "SURFACE", "RIGID BODY", "DISTRIBUTION", "ORIENTATION"}
 OF_PART |= {"SOLID SECTION", "COHESIVE SECTION"}
-# Number of names of sets and surfaces, or node numbers, with which data lines of a keyword begin.
+# Number of entries with which the data lines of a keyword begin that are names of sets or surfaces, or
+# numbers of nodes.
 NAMING = {"BOUNDARY": 1, "CLOAD": 1, "DSLOAD": 1, "TEMPERATURE": 1, "INITIAL CONDITIONS": 1}
 NAMING |= {"CONTACT PAIR": 2}
 OUTPUT = ("PRINT", "FILE", "OUTPUT")  # endings of keywords whose parameters name sets of the instance
 
 
 def in_parts(lines: Iterable[str]) -> Iterator[str]:
-    """Yield the lines that follow the mesh of a flat deck: the part's lines, the assembly, the model's.
+    """Yield the lines after the mesh of a flat deck in the order part, assembly, model.
 
     HEAD and the mesh stand before these lines. After the assembly, names of sets and surfaces and numbers
-    of nodes carry the instance.
+    of nodes get the instance as a prefix, such as BODY-1.XMIN.
     """
     of_model: list[str] = []
     keyword = ""

@@ -19,8 +19,8 @@ AXES_TABLE = "AXES"
 def section_lines(model: ElasticModel) -> Iterator[str]:
     """Yield the materials in use, then orientation and section of each grain.
 
-    If an eigenstrain has shears, its section gets the principal axes, in which it has none, because
-    programs define the shears of an expansion differently.
+    If a grain's eigenstrain has shears, its section gets the principal axes, in which it has none, because
+    programs define the shears of an expansion differently. The constants are then in these axes too.
     """
     names, written = _material_names(model), set()
     for row in sorted(range(len(names)), key=lambda row: model.phase_of[int(model.grains[row])] or 0):
@@ -38,7 +38,7 @@ def section_lines(model: ElasticModel) -> Iterator[str]:
 def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterator[str]:
     """Yield the user materials, each once, then orientation and section of each grain.
 
-    A section has no orientation if the material's constants hold it.
+    A section has no orientation if the material's constants contain it, or if the material has no axes.
     """
     found = materials.of_grains(model)
     written = set()
@@ -67,7 +67,8 @@ def _section(model: ElasticModel, grain: int, material: str, axes: list[float] |
 def orientation_lines(model: ElasticModel, grain: int, axes: list[float]) -> Iterator[str]:
     """Yield the orientation of a grain; axes: the sample components (6,) of its first two axes.
 
-    If elements of the grain have axes of their own, it is a distribution, with `axes` as the default.
+    If elements of the grain have axes of their own, the orientation is a distribution over elements, with
+    `axes` as the default.
     """
     own, of_elements = np.zeros(0, int), model.element_axes
     if of_elements is not None:
@@ -84,7 +85,7 @@ def orientation_lines(model: ElasticModel, grain: int, axes: list[float]) -> Ite
 
 
 def _material_names(model: ElasticModel) -> list[str]:
-    """Return the material name of each grain: one per phase, or one per grain where eigenstrains differ."""
+    """Return each grain's material name: one per phase, or one per grain if eigenstrains differ in it."""
     grains = model.grains.tolist()
     strains: dict[int | None, set[bytes]] = {}
     for grain, strain in zip(grains, model.own_strain):
@@ -123,7 +124,10 @@ def _material_lines(name: str, material: Material, strain: np.ndarray) -> Iterat
 
 
 def layer_section_lines(layers: CohesiveLayers, scale: float) -> Iterator[str]:
-    """Yield the laws as materials COHESIVE_<k>, lengths times `scale`, and a section for each boundary."""
+    """Yield the laws as materials COHESIVE_<k> in the deck's unit, and a section for each boundary.
+
+    scale: lengths in the deck over lengths of the laws. Boundaries without elements get no section.
+    """
     laws = list(dict.fromkeys(layers.laws.values()))
     for count, law in enumerate(laws, 1):
         yield from _law_lines(f"COHESIVE_{count}", law.with_lengths(scale))

@@ -14,14 +14,17 @@ from craftmesh.types import BOX_PLANES, TetMesh
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 # Initial temperature; materials expand by the eigenstrains of their grains times the temperature.
 _COLD = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.0\n"
-# Shortest increment over the longest: one that does not converge is cut by no more than ten halvings.
+# Shortest increment over the longest: an increment that does not converge is halved at most ten times.
 _SHORTEST = 1e-3
-_MOST_INCREMENTS = 100_000  # most increments of a step, never reached; the programs' default is 100
-_PAIRS_PER_LINE = 4
+_MOST_INCREMENTS = 100_000  # largest number of increments of a step, never reached; the default is only 100
+_PAIRS_PER_LINE = 4  # pairs of time and level in a line of an amplitude
 
 
 def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
-    """Yield the supports and the step of a load on a mesh; displacements other than 0 act in the step."""
+    """Yield the supports and the static step of a load on a mesh.
+
+    Prescribed displacements that are not 0 are in the step, even if `load` holds them before it.
+    """
     still = [fixed for fixed in load.held if not np.any(fixed.displacement)]
     moved = [fixed for fixed in load.held if np.any(fixed.displacement)] + [*load.moved]
     yield "*BOUNDARY\n"
@@ -59,10 +62,11 @@ def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
 def history_lines(
     loads: Mapping[str, Load], steps: Sequence[LoadStep], mesh: TetMesh, extras: Sequence[str], nlgeom: bool
 ) -> Iterator[str]:
-    """Yield the steps of a history; loads: by the names in it; extras: lines for the output of each step.
+    """Yield the steps of a history.
 
+    loads: by the names in the steps; extras: lines for the output of each step; nlgeom: with finite strain.
     A step holds, moves or pulls everything that any of the loads does, with 0 where its own load does not,
-    so that it replaces the step before.
+    so that nothing of the step before remains.
     """
     if any(load.heat for load in loads.values()):
         yield _COLD
@@ -88,7 +92,8 @@ def history_lines(
 def face_lines(loads: Mapping[str, Load]) -> str:
     """Return the lines that print displacements and forces of the faces that move or are pulled.
 
-    They print the body's energy too: unless the first step asks for it, CalculiX has none in the last.
+    They print the body's energy too, because CalculiX has none in the last step unless the first step asks
+    for it.
     """
     acting = {plane for plane, _ in acting_faces(loads.values())}
     return "*EL PRINT, ELSET=EALL, TOTALS=ONLY\nELSE\n" + "".join(
@@ -99,9 +104,10 @@ def face_lines(loads: Mapping[str, Load]) -> str:
 def _load_lines(
     loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh, loaded: np.ndarray
 ) -> Iterator[str]:
-    """Yield supports and loads of a step: of a ramp at its end, of cycles with the amplitude over time.
+    """Yield supports and loads of a step: for a ramp those at its end, for cycles those at level 1.
 
-    loaded (n, 3): mask, by node and axis, of the forces that any of the loads has.
+    Cycles refer to the amplitude STEP_<count>, the level over time. loaded (n, 3): mask, by node and axis,
+    of the forces that any of the loads has.
     """
     level, amplitude = (step.level, "") if step.kind == RAMP else (1.0, f", AMPLITUDE=STEP_{count}")
     load = combined([(level * (name == step.load), one) for name, one in loads.items()])
@@ -128,10 +134,10 @@ def _moved_lines(fixed: Fixed) -> Iterator[str]:
 def _pulled(
     tractions: Sequence[Traction], mesh: TetMesh, option: str = "", loaded: np.ndarray | None = None
 ) -> Iterator[str]:
-    """Yield pressures on surfaces; other tractions become forces at nodes, as CalculiX has no other kind.
+    """Yield pressures on surfaces, and all other tractions as forces at nodes.
 
-    option: text after both keywords; loaded (n, 3): mask of the forces to write, by default those that are
-    not 0.
+    CalculiX has no tractions but uniform pressure. option: text after both keywords; loaded (n, 3): mask of
+    the forces to write, by default those that are not 0 up to rounding.
     """
     pressures, forces = _parted(tractions, mesh)
     if pressures:
@@ -147,7 +153,7 @@ def _pulled(
 
 
 def _parted(tractions: Sequence[Traction], mesh: TetMesh) -> tuple[list[Traction], np.ndarray]:
-    """Return the pressures on surfaces, and the forces (n, 3) at nodes of all other tractions."""
+    """Return the uniform normal tractions (pressures of a deck), and forces (n, 3) of all others."""
     pressures = [one for one in tractions if one.axis is None and not np.ndim(one.stress)]
     return pressures, nodal_forces([one for one in tractions if one not in pressures], mesh)
 

@@ -71,14 +71,14 @@ def write_deck(
 ) -> dict:
     """Write the complete deck of `mesh` to a path (whole or not at all) or an open text stream.
 
-    4-node meshes become 10-node ones for C3D10. orientations (g, 4): row = grain id, unit quaternion (w, x,
-    y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row = grain id.
+    4-node meshes become 10-node meshes for C3D10. orientations (g, 4): row = grain id, unit quaternion (w,
+    x, y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row = grain id.
     templates: the materials that user_material names, from `parse_templates`. Grains of unknown orientation
-    get sections without one. The same input gives the same bytes. With `includes` the mesh goes to
-    `mesh_file(target)`; both files are written, or neither. Returns counts, also of quarter
-    points. Raises CraftmeshError if a grain whose material is not isotropic has no orientation, a phase has
-    no material, the element type does not fit the mesh, the load has no face to act on, the solvers cannot
-    read a set's name, or a stream should have includes.
+    get sections without an orientation. The same input gives the same bytes. With `includes` the mesh goes
+    to `mesh_file(target)`; both files are written, or neither. Returns the report of `elastic_model`:
+    element type, counts and notes. Raises CraftmeshError if a grain whose material is not isotropic has no
+    orientation, a phase has no material, the element type does not fit the mesh, the load cannot act on the
+    mesh, the solvers cannot read a set's name, or a stream should have includes.
     """
     model, report = elastic_model(mesh, options, orientations, phases)
     materials = None if templates is None else UserMaterials(templates, phases)
@@ -95,13 +95,13 @@ def write_model(
     traced: bool = False,
     layers: CohesiveLayers | None = None,
 ) -> None:
-    """Write the complete deck of a model, as `write_deck` does.
+    """Write the complete deck of a model to a path or an open text stream, as `write_deck` does.
 
     materials: read from the template that options.user_material names; required if it is set. units: named
-    in the heading. traced: each increment of a history prints the forces and displacements of faces, and
-    only the last one writes fields, because CalculiX has one frequency for both. layers: the cohesive
-    elements, on the model's mesh and in its unit; required if options.cohesive is set. With plates in
-    options, the load acts by contact with them.
+    in a comment. traced: each increment of a history prints the forces and displacements of faces, and
+    fields are written only in a short additional step at the end, because CalculiX has one frequency for
+    both. layers: the cohesive elements, on the model's mesh and in its unit; required if options.cohesive
+    is set. With plates in options, the load acts by contact with them.
     """
     check_writable(model)
     if options.user_material and materials is None:
@@ -109,7 +109,7 @@ def write_model(
             f"user_material is {options.user_material!r}, but no file is read here; pass its materials"
         )
     if options.cohesive and layers is None:
-        raise CraftmeshError("cohesive: layers are not made here; pass a model with layers, and the layers")
+        raise CraftmeshError("cohesive is set, but no layers are passed; pass the layers with their model")
     includes, layout = options.includes, options.style
     scale, model = model.scale, model.in_unit_of_deck()
     notes = _notes(model, layers, scale, layout)
@@ -128,7 +128,7 @@ def write_model(
 
 
 def _notes(model: ElasticModel, layers: CohesiveLayers | None, scale: float, layout: str) -> str:
-    """Return the heading, and comments on the deck's contents."""
+    """Return the heading, and comments on the deck's contents; layout: the option `style`."""
     nodes, elements, grains = map(len, (model.mesh.points, model.mesh.tets, model.grains))
     notes = _HEADER.format(nodes=nodes, elements=elements, element=model.element, grains=grains)
     notes += _NEW_NOTE if len(model.mesh.element_sets.get(NEW, ())) else ""
@@ -165,7 +165,7 @@ def _model_lines(
 def _load_lines(
     model: ElasticModel, options: DeckOptions, materials: UserMaterials | None, traced: bool
 ) -> Iterator[str]:
-    """Return the lines of the steps: of a history, of each load case, or of the only load."""
+    """Return the lines of the steps: of a history, else of each load case, else of the only load."""
     steps = [piece for step in options.history for piece in step.pieces()]
     if steps:
         user = None if materials is None else next(iter(materials.by_phase.values()))

@@ -9,17 +9,21 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.lips import LipPairs
 from craftmesh.solve.iteration import ClosedPairs, Found, Iteration
 
-# Smallest overlap that counts, over tolerance times the largest displacement.
+# Smallest overlap of lips that counts, over tolerance times the span of the displacements.
 _OVERLAP = 100.0
-# Residual of fields that only decide which pairs close: the deciding overlaps and forces are larger.
+# Residual of fields that only decide which pairs close: the overlaps and forces that decide are larger.
 _ROUGH = 1e-5
-# Largest number of releases of a pair; one that closes again after these stays closed.
+# Largest number of releases of a pair. A pair that closes again after these stays closed.
 _MOST_RELEASES = 3
-_MOST_STEPS = 100
+_MOST_STEPS = 100  # largest number of changes of the closed pairs
 
 
 class Contact(NamedTuple):
-    """The field with contact, a mask (p,) of closed pairs, the number of steps, the remaining overlap."""
+    """The field with contact, and how it was found.
+
+    closed (p,): mask of the pairs of opposite lip nodes whose gap is closed; steps: number of active sets
+    tried; overlap: the largest overlap that is left, a length.
+    """
 
     found: Found
     closed: np.ndarray
@@ -27,7 +31,10 @@ class Contact(NamedTuple):
     overlap: float
 
     def figures(self) -> dict[str, int | float]:
-        """Return the figures of contact in a solution's record; the overlap is a length."""
+        """Return the numbers of contact for a solution's record.
+
+        The keys are contact_pairs, contact_closed, contact_steps, and overlap, a length.
+        """
         return {
             "contact_pairs": len(self.closed),
             "contact_closed": int(self.closed.sum()),
@@ -42,7 +49,10 @@ def overlap_of(pairs: LipPairs, displacement: np.ndarray) -> float:
 
 
 def least_overlap(displacement: np.ndarray, tolerance: float) -> float:
-    """Return the overlap above which lips count as overlapping in a field (n, 3) of that residual."""
+    """Return the overlap above which lips count as overlapping in a field (n, 3) of that residual.
+
+    tolerance: the field's residual.
+    """
     return _OVERLAP * tolerance * float(np.ptp(displacement, axis=0).max())
 
 
@@ -50,8 +60,9 @@ def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray) -> Co
     """Return the field whose lips press on each other where they touch; start (n, 3): without contact.
 
     Primal-dual active set (Hintermueller, Ito & Kunisch 2002): pairs that overlap are closed and pairs that
-    pull are released, until there are none of either. A corner of 10-node elements is released only if the
-    pressure around it pulls too, because uniform pressure puts no force on corners.
+    pull are released, until there are none of either, except pairs already released _MOST_RELEASES times.
+    A corner of 10-node elements is released only if the pressure around it pulls too, because uniform
+    pressure puts no force on corners. Raises CraftmeshError after _MOST_STEPS steps.
     """
     tolerance, fixed = iteration.options.tolerance, iteration.problem.supports.fixed
     around = _around(pairs)
@@ -72,15 +83,16 @@ def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray) -> Co
         closed = (closed & ~opens) | closes
         releases += opens
     raise CraftmeshError(
-        f"contact: the touching lip nodes are not found in {_MOST_STEPS} steps; look for flat elements "
-        "(craftmesh check), or switch contact off"
+        f"contact: which lip nodes touch still changes after {_MOST_STEPS} steps; look for flat elements "
+        "(craftmesh check), or set contact to false"
     )
 
 
 def _around(pairs: LipPairs) -> csr_array:
     """Return the matrix (p, p) that gives each corner half of the forces at the mid nodes of its edges.
 
-    With the corner's own force, this is the force on the linear function that is 1 at the corner.
+    With the corner's own force, this is the force on the linear function that is 1 at the corner. It is 0
+    for 4-node elements, which have no mid nodes.
     """
     count = len(pairs.nodes)
     if pairs.facets.shape[1] == 3:

@@ -13,13 +13,14 @@ from craftmesh.solve.problem import Problem, problem_of
 from craftmesh.surface.side_data import UNITS, power_told
 from craftmesh.types import Solution
 
-# Largest residual of a field. Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with
-# finer meshes; a field of another load or material leaves 0.3 and more.
+# Largest residual (forces out of balance over reactions and loads) of an accepted field. Six digits, as in
+# .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of another load or
+# material leaves 0.3 and more.
 _LARGEST_RESIDUAL = 0.1
-# Largest deviation from a support, over the largest displacement: files have six digits of that.
+# Largest deviation from a prescribed displacement, over the largest displacement: files have six digits.
 _SUPPORT = 1e-4
-# Largest residual over the recorded one, and least recorded one that counts. A field of the same model
-# differs by rounding; without its quarter points a penny's left 8e-2.
+# Largest ratio of the residual to the recorded one, and smallest recorded residual that counts. A field of
+# the same model differs by rounding; that of a penny crack, without its quarter points, left 8e-2.
 _RESIDUAL_FACTOR, _ROUNDING = 10.0, 1e-10
 
 # Function of a model and its load's name that returns node numbers (k,), displacements (k, 3) and source.
@@ -31,8 +32,10 @@ def foreign_solutions(
 ) -> tuple[dict[str, Solution], dict]:
     """Return a model's solutions by load name, from fields of another program, and a report.
 
-    solver: its name; field_of: called for the only load or, if the model has combinations, for each load
-    case; a combination's field is the sum of its cases' fields. Errors are those of `foreign_solution`.
+    solver: the program's name; field_of: called for the only load or, if the model has combinations, for
+    each load case. A combination's field is the weighted sum of its cases' fields. The report is that of
+    the only solution, or has the reports of the combinations by name under "load_cases". Raises
+    CraftmeshError for fields that do not fit the model, as `foreign_solution`.
     """
     if not model.combinations:
         numbers, displacement, source = field_of(model, "")
@@ -54,7 +57,8 @@ def foreign_solutions(
 def check_solutions(model: ElasticModel, solutions: Mapping[str, Solution], source: str) -> None:
     """Raise CraftmeshError unless solutions by name are elastic fields of the model under its loads.
 
-    source: the file that they come from, for errors. A model without a load accepts any field of its mesh.
+    source: the file that they come from, for errors. For a model without a load, only the load's name, the
+    number of nodes and the absence of a load history are checked.
     """
     models = model.by_load()
     if solutions.keys() != models.keys():
@@ -78,7 +82,10 @@ def check_solutions(model: ElasticModel, solutions: Mapping[str, Solution], sour
 
 
 def _check_balance(model: ElasticModel, solution: Solution, source: str) -> None:
-    """Raise CraftmeshError if a field's residual in the model is larger than when it was solved."""
+    """Raise CraftmeshError if a field's residual in the model is over 10 times that in its record.
+
+    The smaller of the residuals with both integration rules counts.
+    """
     field, numbers = solution.displacement, np.arange(1, len(solution.displacement) + 1)
     _, found = foreign_solution(model, numbers, field, EXTERNAL, source, solution.contact)
     recorded = float(solution.record.get("residual", np.inf))
@@ -87,8 +94,8 @@ def _check_balance(model: ElasticModel, solution: Solution, source: str) -> None
         residual = min(residual, problem_of(model, FULL_RULE).balance(field, solution.contact)[2])
     if residual > most:
         raise CraftmeshError(
-            f"{source}: the field leaves {residual:.1e} of the forces out of balance here, but left "
-            f"{recorded:.1e} when solved; give the options with which it was solved (quarter_points?)"
+            f"{source}: the field leaves {residual:.1e} of this model's forces out of balance, but left "
+            f"{recorded:.1e} when solved; give the options with which it was solved, such as quarter_points"
         )
 
 
@@ -100,12 +107,13 @@ def foreign_solution(
     source: str,
     contact: np.ndarray | None = None,
 ) -> tuple[Solution, dict]:
-    """Return the solution of another program's field, and a report.
+    """Return the solution of another program's field, and a report: unknowns, solver and residual.
 
-    numbers (k,): node numbers of the deck; displacement (k, 3) in the same order; solver: the program's
-    name; source: the field's file, for errors; contact (n, 3): as in `Solution`, by the mesh's nodes.
-    Raises CraftmeshError for missing, duplicate or unknown nodes, values that are not finite, and a field
-    that does not keep the supports or is far from balance, as a field of another mesh, load or material is.
+    numbers (k,): node numbers of the deck, from 1; displacement (k, 3) in the same order; solver: the
+    program's name; source: the field's file, for errors; contact (n, 3): forces by which touching lips push
+    each other apart. Raises CraftmeshError for missing, duplicate or unknown nodes, values that are not
+    finite, and a field that does not keep the supports or has a residual over 0.1, as a field of another
+    mesh, load or material has.
     """
     problem = problem_of(model)
     field = in_order(numbers, displacement, len(model.mesh.points), source)
@@ -121,7 +129,10 @@ def foreign_solution(
 
 
 def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -> np.ndarray:
-    """Return the values (count, c) in the order of the nodes; errors as in `foreign_solution`."""
+    """Return values (count, c) in the order of the nodes; numbers (count,): the node of each row, from 1.
+
+    Raises CraftmeshError for missing, duplicate or unknown nodes, and values that are not finite.
+    """
     seen = np.bincount(numbers[(numbers > 0) & (numbers <= count)], minlength=count + 1)[1:]
     for wrong, what in (
         (numbers[(numbers < 1) | (numbers > count)], "is no node of the deck"),
@@ -142,9 +153,10 @@ def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -
 def _checked(
     problem: Problem, field: np.ndarray, contact: np.ndarray | None
 ) -> tuple[str, np.ndarray, float]:
-    """Return the fault of a field (n, 3) as text, "" if none, the reactions (n, 3) and the residual.
+    """Return the fault of a field (n, 3) as text, its reactions (n, 3) and its residual.
 
-    The fault is a violated support (reactions are then 0 and the residual inf), or too large a residual.
+    The fault is a violated support (reactions are then 0 and the residual inf), or a residual above
+    _LARGEST_RESIDUAL; it is "" for a good field.
     """
     supports = problem.supports
     off = np.where(supports.fixed, np.abs(field - supports.displacement), 0.0)
@@ -161,6 +173,6 @@ def _checked(
     fault = (
         f"the field leaves {residual:.2g} of the forces out of balance, expected at most "
         f"{_LARGEST_RESIDUAL:g}; use the field of this deck, with the same mesh, materials and load, "
-        "or a direct solver"
+        "or solve it by a direct solver"
     )
     return fault, reactions, residual

@@ -1,4 +1,4 @@
-"""A problem's field by conjugate gradients, which keep closed pairs of lip nodes closed."""
+"""A problem's field by conjugate gradients, which keep closed pairs of opposite lip nodes closed."""
 
 from collections.abc import Callable
 from functools import cached_property, partial
@@ -15,13 +15,14 @@ from craftmesh.solve.levels import Step, StiffnessMatrix, step_of, stiffness_mat
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import Problem
 
-# Number added to the diagonal of the constraints' products, which is 2. Where cracks cross under supports a
-# constraint may follow from others; each then gets its share.
+# Number added to the diagonal of the products of constraints, whose entries there are 2. Where cracks cross
+# under supports, a constraint may follow from others; with this number the system still has a solution.
 _DEPENDENT = 1e-12
-# Goal of the iteration over the tolerance. Its residual differs from the true one by rounding and by the
-# reactions, which change; where half is not enough, the iteration continues.
+# Goal of the iteration over the tolerance. The residual in the iteration differs from the true one by
+# rounding and by the reactions, which change. If the true residual is then too large, the iteration
+# continues.
 _AIM = 0.5
-# Fraction of the forces of uniform strain below which forces are rounding.
+# Fraction of the forces of the starting field below which forces are rounding.
 _AT_REST = 1e-6
 
 
@@ -60,11 +61,12 @@ def conjugate_gradients(
 
 
 class ClosedPairs:
-    """Pairs of lip nodes whose gap stays 0, `which` (p,) of all pairs; fixed (n, 3): prescribed components.
+    """Pairs of opposite lip nodes whose gap stays 0.
 
-    A pair is a row c of `free`, 0 at prescribed components; rows of `whole` have all components, so that
-    whole @ u are the gaps of a displacement u. The solver keeps its updates of a field orthogonal to all c.
-    text: start of the progress messages.
+    which (p,): mask of these pairs among all pairs; fixed (n, 3): mask of prescribed components; text:
+    start of the progress messages. A pair is a row c of the matrix `free`, 0 at prescribed components. Rows
+    of `whole` have all components, so that whole @ u are the gaps of a displacement u. The solver keeps its
+    updates of a field orthogonal to all c.
     """
 
     def __init__(self, pairs: LipPairs, which: np.ndarray, fixed: np.ndarray, text: str):
@@ -81,7 +83,7 @@ class ClosedPairs:
         self.answer = scipy.sparse.linalg.splu(product.tocsc()).solve if len(nodes) else np.copy
 
     def take_out(self, field: np.ndarray) -> None:
-        """Remove from a field (n, 3), in place, its part along the constraints."""
+        """Remove from a field (n, 3), in place, the part that changes the gaps of these pairs."""
         field -= (self.spread @ self.answer(self.free @ field.ravel())).reshape(field.shape)
 
     def closed(self, displacement: np.ndarray) -> np.ndarray:
@@ -90,17 +92,20 @@ class ClosedPairs:
         return displacement - (self.spread @ self.answer(gaps)).reshape(displacement.shape)
 
     def pushing(self, left: np.ndarray) -> np.ndarray:
-        """Return forces (p,) by which pairs push apart that best balance the forces left (n, 3)."""
+        """Return the forces (p,) by which pairs push apart that best balance the forces `left` (n, 3).
+
+        They are 0 for pairs that are not closed.
+        """
         push = np.zeros(len(self.which))
         push[self.which] = -self.answer(self.free @ left.ravel())
         return push
 
 
 class Found(NamedTuple):
-    """A field (n, 3), the forces (p,) by which pairs of lip nodes push apart, and the remaining imbalance.
+    """A field (n, 3), the forces `push` (p,) by which pairs of lip nodes push apart, and the imbalance.
 
-    left (n, 3): forces out of balance; size: norm of reactions and applied forces; residual: as in
-    `Problem.balance`.
+    left (n, 3): forces out of balance; size: norm of reactions and applied forces; residual: norm of `left`
+    over size. push has shape (0,) without contact.
     """
 
     displacement: np.ndarray
@@ -111,10 +116,10 @@ class Found(NamedTuple):
 
 
 class Iteration:
-    """The matrix of a problem and its coarser levels, made once; `count`: iterations so far.
+    """The iterative solution of a problem, whose matrix and coarser levels are made at first use.
 
-    like: the iteration of another load on the same elements and supports, whose matrix and levels are
-    reused.
+    count: number of iterations so far; like: the iteration of another load on the same elements and
+    supports, whose matrix and levels are reused.
     """
 
     def __init__(
@@ -130,14 +135,14 @@ class Iteration:
 
     @cached_property
     def matrix(self) -> StiffnessMatrix:
-        """The stiffness matrix, with the supports eliminated."""
+        """The stiffness matrix, with the prescribed displacements eliminated."""
         if self.like:
             return self.like.matrix
         return stiffness_matrix(self.problem.elements, self.problem.supports.fixed)
 
     @cached_property
     def step(self) -> Step:
-        """One step of the preconditioner."""
+        """The preconditioner: step(right, out) fills `out` with an approximate solution for `right`."""
         if self.like:
             return self.like.step
         matrix = self.matrix
@@ -145,7 +150,7 @@ class Iteration:
         return step_of(self.problem.elements, matrix, self.problem.supports.fixed)
 
     def found(self, displacement: np.ndarray, closed: ClosedPairs | None) -> Found:
-        """Return the state `Found` of a field (n, 3), with the best forces of closed pairs."""
+        """Return the imbalance of a field (n, 3), with the forces of closed pairs that balance it best."""
         left, reactions, residual = self.problem.balance(displacement)
         push = np.zeros(0)
         if closed is not None:
@@ -157,9 +162,10 @@ class Iteration:
     def solved(self, displacement: np.ndarray, closed: ClosedPairs | None, tolerance: float) -> Found:
         """Return the field with a residual of at most `tolerance`, iterated from displacement (n, 3).
 
-        A body that a crack severs may be free of stress up to rounding. Its residual means nothing, so its
-        field counts once little is left of the first field's forces. Raises CraftmeshError if
-        max_iterations are not enough, or if the residual no longer falls.
+        A body that a crack severs may be free of stress up to rounding, so that its residual means nothing.
+        Its field is accepted once both its forces and the forces out of balance are negligible against
+        those of the first field. Raises CraftmeshError if max_iterations are not enough, or if the residual
+        no longer falls.
         """
         now = self.found(displacement if closed is None else closed.closed(displacement), closed)
         first = self.first = self.first or now
@@ -205,6 +211,7 @@ def _within(
 
 
 def refused(residual: float, iterations: int, options: SolveOptions) -> CraftmeshError:
+    """Return the error for a field whose residual stays too large."""
     return CraftmeshError(
         f"solve: the residual is {residual:.1e} after {iterations} iterations, expected at most "
         f"{options.tolerance:g}; look for flat elements (craftmesh check), raise max_iterations or "

@@ -1,4 +1,8 @@
-"""The stiffness matrix of a body, and its preconditioner: sweeps, a corner level, aggregates of nodes."""
+"""The stiffness matrix of a body, and its preconditioner of several levels.
+
+A step of the preconditioner sweeps over the nodes of a level and adds the correction of the next coarser
+level. Below 10-node elements these are the corners as 4-node elements, below them aggregates of nodes.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,9 +22,10 @@ from craftmesh.solve.kernels.blocks import (
 )
 from craftmesh.solve.problem import Elements
 
-# Size of the coarsest level: factorising a larger one costs more than it saves.
+# Largest number of unknowns of the coarsest level: factorising a larger matrix costs more than it saves.
 COARSEST = 300
 _SMOOTHER = ("gauss_seidel", {"sweep": "symmetric"})
+# Fills its second argument (n, 3) with an approximate solution or a correction for the first (n, 3).
 Step = Callable[[np.ndarray, np.ndarray], None]
 
 
@@ -29,8 +34,8 @@ class StiffnessMatrix:
     """Symmetric matrix of 3 x 3 blocks by nodes: blocks on the diagonal (n, 3, 3) and above it.
 
     start (n + 1,), column (k,) and upper (k, 3, 3): node i has the blocks upper[start[i] : start[i + 1]]
-    above the diagonal, in the columns of the nodes column[start[i] : start[i + 1]]. Prescribed
-    displacements have only their number on the diagonal.
+    above the diagonal, in the columns of the nodes column[start[i] : start[i + 1]]. Rows and columns of
+    prescribed displacements are 0 except on the diagonal.
     """
 
     start: np.ndarray
@@ -82,10 +87,10 @@ def _upper_pattern(tets: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray
 
 
 class Aggregates:
-    """One V-cycle of smoothed aggregation (Vanek, Mandel & Brezina 1996) below linear elements.
+    """One V-cycle of smoothed aggregation (Vanek, Mandel & Brezina 1996) below 4-node elements.
 
-    The smoothing of the prolongation has a weight of its own for each row of the matrix; pyamg's common
-    weight would depend on random numbers.
+    The prolongation is smoothed with a separate weight for each row of the matrix, because pyamg's common
+    weight depends on random numbers.
     """
 
     def __init__(self, elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray):
@@ -140,14 +145,20 @@ def sweeps(matrix: StiffnessMatrix, correct: Step) -> Step:
 
 
 def step_of(elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray) -> Step:
-    """Return the preconditioner step(right, out) of the elements' matrix; fixed (n, 3): prescribed."""
+    """Return the preconditioner step(right, out) of the elements' matrix.
+
+    fixed (n, 3): mask of prescribed displacements.
+    """
     if elements.tets.shape[1] == 4:
         return sweeps(matrix, Aggregates(elements, matrix, fixed))
     return sweeps(matrix, Corners(elements, fixed))
 
 
 class Corners:
-    """The level of the corners of 10-node elements; its corrections are linear along each edge."""
+    """The preconditioner's level of 4-node elements on the corners of 10-node elements.
+
+    Its corrections are linear along each edge.
+    """
 
     def __init__(self, elements: Elements, fixed: np.ndarray):
         tets, count = elements.tets, len(elements.points)
@@ -177,7 +188,10 @@ class Corners:
 
 
 def _shares(points: np.ndarray, mid: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return positions (k,) of mid nodes along their edges, 0 to 1, so that rigid motions stay rigid."""
+    """Return the positions (k,) of mid nodes along their edges, 0 at the first end to 1 at the second.
+
+    Quarter points are not at 0.5; with their positions, rigid motions of corners move mid nodes rigidly.
+    """
     along = points[ends[:, 1]] - points[ends[:, 0]]
     reach = np.einsum("ij,ij->i", points[mid] - points[ends[:, 0]], along)
     return np.clip(reach / np.einsum("ij,ij->i", along, along), 0, 1)

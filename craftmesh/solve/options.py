@@ -53,9 +53,10 @@ class SolveOptions(Options):
             words_of(call, "job", "script", "field")
 
     def check_takes(self, cohesive: bool, steps: bool, plates: bool) -> None:
-        """Raise CraftmeshError if the solver's field of such a deck cannot be read.
+        """Raise CraftmeshError if the field of the solver on a deck could not be read.
 
-        cohesive: it has cohesive layers; steps: its load is a history; plates: it has rigid plates.
+        cohesive: the deck has cohesive layers; steps: its load is a history; plates: it has rigid plates.
+        The built-in solver, which reads no deck, always passes.
         """
         if self.solver == BUILTIN:
             return
@@ -75,12 +76,15 @@ class SolveOptions(Options):
 
 
 def waited_for(field: Path, cases: Sequence[str]) -> list[Path]:
-    """Return the files that solver external reads: `field`, or one per load case, with the case's name."""
+    """Return the files that solver external reads: `field`, or one per load case, FIELD_CASE.csv."""
     return [field.with_stem(f"{field.stem}_{case}") for case in cases] or [field]
 
 
 def words_of(call: str, job: str, script: str, field: str) -> list[str]:
-    """Split the command line `call` into words and substitute {job}, {script} and {field}."""
+    """Split the command line `call` into words and substitute {job}, {script} and {field}.
+
+    Raises CraftmeshError for other placeholders, open quotes, and an empty line.
+    """
     try:
         words = [word.format(job=job, script=script, field=field) for word in shlex.split(call)]
     except (KeyError, IndexError, ValueError) as error:

@@ -16,9 +16,10 @@ from craftmesh.types import TetMesh
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """points (n, 3); tets (m, k), k = 4 or 10; part (m,): row of `stiffness` (g, 6, 6), sample axes.
+    """The elements of a body, for the kernels.
 
-    rule: the number of integration points of an element, 1, 4 or 14.
+    points (n, 3); tets (m, k), k = 4 or 10; part (m,): row of each element in `stiffness` (g, 6, 6), which
+    is in sample axes; rule: the number of integration points of an element, 1, 4 or 14.
     """
 
     points: np.ndarray
@@ -29,7 +30,7 @@ class Elements:
 
     @property
     def tables(self) -> tuple[np.ndarray, ...]:
-        """All as the kernels' arguments; slopes (q, k, 3) and weights (q,) of the rule come last."""
+        """The kernels' arguments: the arrays, then slopes (q, k, 3) and weights (q,) of the rule."""
         places, weights = tet_rule(self.rule)
         slopes = shape_slopes(places, self.tets.shape[1])
         return self.points, self.tets, self.part, self.stiffness, slopes, weights
@@ -37,7 +38,7 @@ class Elements:
     def forces(self, displacement: np.ndarray, free: np.ndarray | None = None) -> np.ndarray:
         """Return the nodal forces (n, 3) that hold the elements at a displacement (n, 3).
 
-        free (g, 6): stress-free strains by part, 0 by default.
+        free (g, 6): stress-free strains by part, with engineering shears; None: 0.
         """
         free = np.zeros((len(self.stiffness), 6)) if free is None else free
         return internal_forces(*self.tables, displacement, free)
@@ -53,17 +54,20 @@ def elements_of(model: ElasticModel, rule: int) -> Elements:
 
 @dataclass(frozen=True, eq=False)
 class Supports:
-    """fixed (n, 3) bool: prescribed components; displacement (n, 3): their values, 0 elsewhere."""
+    """Prescribed displacements: fixed (n, 3), a mask of components, and displacement (n, 3), their values.
+
+    Values of components that are not prescribed are 0.
+    """
 
     fixed: np.ndarray
     displacement: np.ndarray
 
 
 def supports_of(load: Load, mesh: TetMesh) -> Supports:
-    """Return the supports of a load; nodes without an element are held too.
+    """Return the supports of a load; nodes of no element are held too.
 
-    Raises CraftmeshError if two values are prescribed for one displacement, and if a separate piece of the
-    body can move as a whole.
+    Raises CraftmeshError if two values are prescribed for one displacement component, and if a separate
+    piece of the body can move as a whole.
     """
     fixed = np.zeros(mesh.points.shape, bool)
     displacement = np.zeros(mesh.points.shape)
@@ -73,7 +77,7 @@ def supports_of(load: Load, mesh: TetMesh) -> Supports:
         if clash.any():
             raise CraftmeshError(
                 f"load: node {part.nodes[clash][0] + 1} is prescribed to move along {'xyz'[part.axis]} by "
-                f"{before[clash][0]:g} and by another value; prescribe one"
+                f"{before[clash][0]:g} and by another value; prescribe only one"
             )
         fixed[part.nodes, part.axis] = True
         displacement[part.nodes, part.axis] = part.displacement
@@ -99,7 +103,7 @@ def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Elements, supports, and the applied forces (n, 3) at the nodes, including those of eigenstrains."""
+    """Elements, supports, and the applied forces (n, 3) at the nodes, including forces of eigenstrains."""
 
     elements: Elements
     supports: Supports
@@ -108,11 +112,11 @@ class Problem:
     def balance(
         self, displacement: np.ndarray, contact: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return for a field (n, 3) forces out of balance (n, 3), reactions (n, 3) and the residual.
+        """Return the forces out of balance (n, 3), the reactions (n, 3) and the residual of a field (n, 3).
 
         The residual is the norm of the forces out of balance over the norm of all reactions and applied
         forces; it is not divided if these are 0. contact (n, 3): forces by which touching lips push each
-        other apart, which do not count as applied forces.
+        other apart; they are in the balance, but do not count as applied forces in the norm.
         """
         left = self.forces - self.elements.forces(displacement)
         if contact is not None:
@@ -132,8 +136,9 @@ class Problem:
 def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | None = None) -> Problem:
     """Return the problem of a model; rule: 4 or 14 integration points of its 10-node elements.
 
-    elements: the model's, if already made for another load. Raises CraftmeshError for a model without a
-    load, a body that is not held, and elements that are inverted or flat.
+    elements: the model's elements, if already made for another load; they are then not checked again.
+    Raises CraftmeshError for a model without a load, a body that is not held, and elements that are
+    inverted or flat.
     """
     if model.load is None:
         raise CraftmeshError("load is none; give a strain, a stress, lip_pressure or eigenstrain to solve")

@@ -22,11 +22,11 @@ from craftmesh.solve.problem import Supports, problem_of
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Solution, TetMesh
 
-# Largest Poisson's ratio: displacement elements lock. On a penny at 45 degrees with five edges to the
-# radius, K errs by up to 1.5 % of the largest with a ratio of 0.49, by 14 % with 0.499.
+# Largest Poisson's ratio, because displacement elements lock. On a penny crack at 45 degrees with five
+# edges to its radius, K errs by up to 1.5 % of the largest K with a ratio of 0.49, by 14 % with 0.499.
 MOST_POISSON = 0.49
-# Bytes per node of 4- and 10-node elements, and gigabytes for Python and its libraries, as measured with
-# benchmarks/solve.py, rounded up.
+# Memory of the solver: bytes per node of 4- and 10-node elements, and gigabytes for Python and its
+# libraries. Measured with benchmarks/solve.py, rounded up.
 _PER_NODE = {4: 4000, 10: 2000}
 _AT_REST = 0.4
 # Supports in a plane do not determine the strain normal to it: eigenvalues of their moments below this
@@ -35,7 +35,7 @@ _FLAT = 1e-10
 
 
 def check_compressible(model: ElasticModel) -> None:
-    """Raise CraftmeshError for a nearly incompressible material; the error names its grain and phase."""
+    """Raise CraftmeshError for a material with a Poisson's ratio over 0.49; the error names its grain."""
     ratio = poisson_ratios(model.stiffness())
     worst = int(np.argmax(ratio))
     if ratio[worst] <= MOST_POISSON + ROUNDING:
@@ -47,7 +47,7 @@ def check_compressible(model: ElasticModel) -> None:
     text = f"{of_phase}{material.kind}:{','.join(map(repr, material.constants))}"
     raise CraftmeshError(
         f"material {text} (grain {grain}): Poisson's ratio {ratio[worst]:.6g} is nearly incompressible; "
-        f"the built-in solver takes at most {MOST_POISSON:g}; lower it, or use hybrid elements elsewhere"
+        f"the built-in solver takes at most {MOST_POISSON:g}; lower it, or solve by another program"
     )
 
 
@@ -69,13 +69,14 @@ def solve_model(
     progress: Callable[[float, str], None] = silent,
     field_of: FieldOf | None = None,
 ) -> tuple[dict[str, Solution], dict]:
-    """Return the solutions of a model's combinations by name, of its only load as "", and a report.
+    """Return the solutions of a model's combinations of load cases by name, and a report.
 
-    Load cases are solved one by one, with one matrix if they have the same supports; combinations are sums
-    of their fields. A sum in which lips would overlap is solved by itself. Errors are those of `solve`.
-    field_of: gives the fields if options.solver is not builtin. `field_of(model, name)` is called for each
-    load case and returns node numbers (k,), displacements (k, 3) and their source; errors are then those of
-    `foreign_solution`.
+    The solution of an only load has the name "". Load cases are solved one by one, with one matrix if they
+    have the same supports; combinations are sums of their fields. A sum in which lips would overlap is
+    solved by itself, with contact. progress is called with the fraction done and a text. field_of: gives
+    the fields if options.solver is not builtin: `field_of(model, name)` is called for each load case and
+    returns node numbers (k,), displacements (k, 3) and their source. Raises CraftmeshError as `solve`, or
+    for fields that do not fit the model, as `foreign_solution`.
     """
     if options.solver != BUILTIN:
         if field_of is None:
@@ -112,10 +113,10 @@ def solve(
     """Return the solution of a model and a report: unknowns, memory in GB, iterations, residual.
 
     By default elements are integrated as Abaqus and CalculiX integrate C3D4 and C3D10, so that all three
-    find the same field, and lips of the crack that would overlap press on each other. If any do, both
-    returns have the figures of contact. The same model gives the same bits. Raises CraftmeshError for a
-    nearly incompressible material, a load that `problem_of` rejects, more memory than the limit, and a
-    field that does not become exact enough.
+    find the same field, and lips (crack faces) that would overlap press on each other. If any do, the
+    solution's record and the report have the numbers of contact. The same model gives the same bits. Raises
+    CraftmeshError for a nearly incompressible material, a missing load, a body that is not held, inverted
+    elements, more memory than the limit, and a residual that does not fall below the tolerance.
     """
     report = _checked(model, options, progress)
     iteration = _after(None, model, options, progress)
@@ -134,7 +135,11 @@ def _after(
     options: SolveOptions,
     progress: Callable[[float, str], None],
 ) -> Iteration:
-    """Return the iteration of a model; it shares the matrix of `last` if the supports are the same."""
+    """Return the iteration that solves a model.
+
+    last: the iteration of another load on the same mesh, or None. Its elements are shared, and its matrix
+    too if the supports are the same. Raises CraftmeshError as `problem_of`, for example for loose bodies.
+    """
     rule = DECK_RULE if options.integration == "deck" else FULL_RULE
     problem = problem_of(model, rule, last.problem.elements if last else None)
     fixed = problem.supports.fixed
@@ -145,7 +150,10 @@ def _after(
 def _checked(
     model: ElasticModel, options: SolveOptions, progress: Callable[[float, str], None]
 ) -> dict[str, float]:
-    """Return unknowns and memory of a model; raise CraftmeshError if it cannot be solved."""
+    """Return the number of unknowns and the memory in GB that a model needs.
+
+    Raises CraftmeshError for a nearly incompressible material, and for more memory than the limit.
+    """
     check_compressible(model)
     memory = memory_of(model.mesh)
     if memory > options.memory_limit:
@@ -158,7 +166,10 @@ def _checked(
 
 
 def _solution(mesh: TetMesh, iteration: Iteration, start: np.ndarray) -> tuple[Solution, dict]:
-    """Return the solution iterated from field `start` (n, 3), with contact of lips, and its figures."""
+    """Return the solution iterated from field `start` (n, 3), with contact of lips, and numbers about it.
+
+    The numbers are iterations and residual and, with contact, those of `Contact.figures`.
+    """
     options, problem = iteration.options, iteration.problem
     found = iteration.solved(start, None, options.tolerance)
     forces, contact_figures = None, {}
@@ -182,9 +193,10 @@ def memory_of(mesh: TetMesh) -> float:
 
 
 def _start(points: np.ndarray, supports: Supports) -> np.ndarray:
-    """Return the field (n, 3) of uniform strain that fits the supports best, with the supports' values.
+    """Return the field (n, 3) of uniform strain that fits the supports best, as the iteration's start.
 
-    Sums use einsum: the last bits of BLAS sums depend on the number of threads.
+    Prescribed components get exactly their values. Sums use einsum, because the last bits of BLAS sums
+    depend on the number of threads.
     """
     middle = points.mean(axis=0)
     places = np.column_stack([np.ones(len(points)), (points - middle) / np.ptp(points, axis=0).max()])
