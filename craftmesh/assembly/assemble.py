@@ -22,8 +22,8 @@ from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMes
 def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> None:
     """Raise CraftmeshError unless each grain's tetrahedra have the points that the surface gives it.
 
-    Without this check, chunks of an older surface make kernels read beyond their arrays, which ends the
-    process. Grains without tetrahedra are not checked here.
+    Without this check, files of tetrahedra of an older surface make kernels read beyond their arrays, which
+    ends the process. Grains of the surface that `grain_tets` lacks are not checked here.
     """
     sides = surface.sides.ravel()
     order = np.argsort(sides, kind="stable")
@@ -47,15 +47,16 @@ def assemble(
     Surface points in use come first, then the interior points of each grain by id, then the nodes that
     opening adds. A node is a connected component of (tet, corner) pairs over shared faces that are not
     crack facets. So crack fronts stay single without special care, and bodies that touch only in a point or
-    an edge are separated. Lip A is ahead of the crack facets' normals, lip B behind. Face sets: XMIN..ZMAX,
-    CRACK_LIP_A/B (several cracks are numbered: CRACK_1_LIP_A), VOID_<k>, EXTERIOR; node sets: see
-    `node_sets_of`. crack: the prescribed crack, which decides what counts as one crack, see
-    `crack_numbers`. Raises CraftmeshError if the grains do not fit the surface or each other.
+    an edge are separated. Lip A (crack face A) is ahead of the crack facets' normals, lip B behind. Face
+    sets: XMIN..ZMAX, CRACK_LIP_A/B (several cracks are numbered: CRACK_1_LIP_A), VOID_<k>, EXTERIOR. Node
+    sets: planes, edges and corners of the box, lips, and fronts in order (`node_sets_of`). crack: the
+    prescribed crack; pieces of one of its surfaces count as one crack, without it each connected piece
+    does. Raises CraftmeshError if the grains do not fit the surface or each other.
     """
     points, tets, grain = _merge(surface, sorted(grain_tets, key=lambda g: g.grain))
     groups, facet = _match(surface, tets, grain)
     pairs, free = groups.pairs, groups.lead[groups.count == 1]
-    del groups  # as large as the tets
+    del groups  # to free memory: it is as large as the tets
     is_crack = np.zeros(len(surface.facets) + 1, bool)
     is_crack[:-1] = surface.kind == CRACK
     across_crack = is_crack[facet[pairs[:, 0]]]
@@ -75,7 +76,10 @@ def assemble(
 
 
 def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str, int]) -> dict:
-    """Return counts and measures; closed (c,): mask of crack facets; added: numbers of nodes by reason."""
+    """Return the report: counts, and area and length of cracks and fronts.
+
+    closed (c,): mask of crack facets that stay closed; added: numbers of added nodes by reason.
+    """
     points = mesh.points
     return {
         "nodes": len(points),
@@ -95,7 +99,10 @@ def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str
 
 
 def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (all surface points first), tets and grains of the whole model."""
+    """Return points (all surface points first), tets and their grains of the whole model.
+
+    Raises CraftmeshError if there are no tetrahedra, or if one refers to a point that the surface lacks.
+    """
     if not any(len(g.tets) for g in grain_tets):
         raise CraftmeshError("no tetrahedra to assemble; run tetrahedralize for the surface's grains first")
     for g in grain_tets:
@@ -109,7 +116,11 @@ def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarra
 
 
 def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGroups, np.ndarray]:
-    """Group half faces that coincide; return the groups and the surface facet (4m,) of each, -1 inside."""
+    """Group half faces that coincide; return the groups, and the surface facet (4m,) of each half face.
+
+    The facet is -1 inside a grain. Raises CraftmeshError for duplicate facets, and if faces and facets do
+    not match.
+    """
     n_half = 4 * len(tets)
     groups, row_facet, count = facet_groups(tets, surface.facets)
     has_facet = row_facet >= 0
@@ -128,7 +139,10 @@ def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGr
 def _refuse_unmatched(
     surface: Surface, grain: np.ndarray, groups: RowGroups, row_facet: np.ndarray, count: np.ndarray
 ) -> None:
-    """Raise CraftmeshError unless each half face has a neighbour or facet, and each facet its tets."""
+    """Raise CraftmeshError unless each half face has a neighbour or facet, and each facet its tets.
+
+    row_facet, count (g,): surface facet, or -1, and number of half faces of each group.
+    """
     wanted = np.full(len(count), 2)
     has_facet = row_facet >= 0
     wanted[has_facet] = (surface.sides[row_facet[has_facet]] > 0).sum(axis=1)
@@ -139,8 +153,8 @@ def _refuse_unmatched(
     if len(inside):
         found = int(grain[groups.lead[inside[0]] // 4])
         raise CraftmeshError(
-            f"grain {found}: {len(inside)} faces match neither a neighbour nor a facet of the surface; "
-            "tetrahedralize every grain of this surface again"
+            f"grain {found}: {len(inside)} faces of tetrahedra match neither a neighbour nor a facet of "
+            "the surface; tetrahedralize every grain of this surface again"
         )
     sides = surface.sides[row_facet[wrong[0]]].tolist()
     raise CraftmeshError(

@@ -12,7 +12,8 @@ from craftmesh.types import TetMesh
 
 # Order of a face's nodes with the normal out of the solid element, as a cohesive element needs them.
 _OUTWARD = [0, 2, 1, 5, 4, 3]
-# Linear triangles on a facet's nodes, with mid nodes 12, 23, 31, so that each node is connected.
+# Triangles of 3 nodes on the nodes of a facet, such that each node is in one. Mid nodes come in the order
+# 12, 23, 31.
 _PARTS = {3: np.array([[0, 1, 2]]), 6: np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])}
 
 
@@ -28,10 +29,11 @@ def boundary_layers(
     """Return the mesh opened along the boundaries of pairs (a < b), and their cohesive elements (k, 6).
 
     Nodes 1 to 3 of an element are on grain a, with the normal out of it, and nodes 4 to 6 on b, at the same
-    points: one element on a face with 3 nodes, four on one with 6. Nodes are separated as in a crack
-    (`opened_along`): a node of a triple line into 3 if all its boundaries are chosen. Old nodes keep their
-    ids, in the grain of lowest id that has them, and so do elements. Node sets also get the copies of their
-    nodes. A front keeps its old nodes in order; the copies of these are CRACK_FRONT_COPIES.
+    points. A face with 3 nodes has one element, a face with 6 nodes four. Nodes are separated as in a
+    crack: a node becomes one node for each group of elements around it that are connected by other faces,
+    so a node of a triple line becomes 3 if all its boundaries are chosen. Elements keep their ids, and so
+    do old nodes, which stay in the grain of lowest id that has them. Node sets also get the copies of their
+    nodes, except fronts, which keep their old nodes in order; their copies are CRACK_FRONT_COPIES.
     """
     shared, between = _boundary(mesh)
     chosen = np.zeros(len(shared), bool)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 TETRAHEDRA = {"tetra": 4, "tetra10": 10}
 FACES = {"triangle": 3, "triangle6": 6}
 EDGES = {"line": 2, "line3": 3}
-# Node order that swaps corners 1 and 2 and the mid nodes of their edges: it turns an inverted element
-# right.
+# Node order that swaps corners 1 and 2, with the mid nodes of their edges, which makes the volume of an
+# inverted element positive.
 _MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 # Cell data of Gmsh's group and entity numbers: new cells get new numbers.
 _TAGS = ("gmsh:physical", "gmsh:geometrical")
@@ -33,9 +33,9 @@ _TAGS = ("gmsh:physical", "gmsh:geometrical")
 def tet_mesh_of(mesh: "Mesh") -> TetMesh:
     """Return the tetrahedra of all blocks, in order, and the point sets; all are of grain 1.
 
-    Inverted elements are turned right. Raises CraftmeshError for other solid elements, for 4-node and
-    10-node elements together, for points that are not in space, and for lips, whose names the new ones
-    would take.
+    Nodes of inverted elements are reordered. Raises CraftmeshError for other solid elements, for 4-node and
+    10-node elements together, for points that do not have three coordinates, and for sets with names of
+    lips (crack faces), because the opened crack gets these names.
     """
     lips = sorted(name for name in {*mesh.cell_sets, *mesh.field_data, *mesh.point_sets} if is_lip(name))
     if lips:
@@ -48,8 +48,8 @@ def tet_mesh_of(mesh: "Mesh") -> TetMesh:
     if others or len(kinds & TETRAHEDRA.keys()) != 1:
         found = ", ".join(others or sorted(kinds & TETRAHEDRA.keys())) or "no tetrahedra"
         raise CraftmeshError(
-            f"the mesh has {found}; expected tetrahedra of one kind, 'tetra' or 'tetra10', besides only "
-            "triangles, lines and vertices"
+            f"the mesh has {found}; expected tetrahedra of one kind, 'tetra' or 'tetra10', and no other "
+            "cells than triangles, lines and vertices"
         )
     if mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
         raise CraftmeshError(f"the mesh's points have the shape {mesh.points.shape}; expected (n, 3)")
@@ -60,7 +60,10 @@ def tet_mesh_of(mesh: "Mesh") -> TetMesh:
 
 
 def foreign_facets(mesh: "Mesh", name: str) -> np.ndarray:
-    """Return the corners (k, 3) of the triangles in the cell set or physical group `name`."""
+    """Return the corners (k, 3) of the triangles in the cell set or physical group `name`.
+
+    Raises CraftmeshError if there are no such triangles.
+    """
     found = [np.zeros((0, 3), np.int64)]
     in_set, tag = mesh.cell_sets.get(name), mesh.field_data.get(name)
     physical = mesh.cell_data.get(_TAGS[0])
@@ -81,10 +84,11 @@ def foreign_facets(mesh: "Mesh", name: str) -> np.ndarray:
 def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Mesh":
     """Return `mesh` on the opened nodes, with the lips' triangles as new cells at its end.
 
-    parent (n,): the old node of each node of `opened`. Every lip is a block of triangles with normals out
-    of the material, a cell set, and, if the mesh has physical groups, such a group; lips and fronts are
-    point sets. Triangles on the crack go to lip A, lines to the element with the lowest number. Point data
-    are copied from the old nodes; cell data of the new cells are 0.
+    parent (n,): the old node of each node of `opened`. Every lip (crack face) is a new block of triangles
+    with normals out of the material, a cell set, and, if the mesh has physical groups, such a group. Lips
+    and fronts are also point sets. Old triangles on the crack get the nodes of lip A, old lines the nodes
+    of the element with the lowest number. Point data are copied from the old nodes; cell data of the new
+    cells are 0, except Gmsh's group numbers.
     """
     with extra("formats"):
         from meshio import Mesh
@@ -133,7 +137,10 @@ def _with_lips(name: str, blocks: list[np.ndarray], new: list[tuple[str, np.ndar
 
 
 def _cells(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> list[np.ndarray]:
-    """Return the cells of each of the mesh's blocks on the opened nodes."""
+    """Return the cells (c, w) of each of the mesh's blocks on the opened nodes.
+
+    Cells that are no part of a tetrahedron keep their nodes.
+    """
     lips = [faces for name, faces in opened.face_sets.items() if is_lip(name) and name.endswith("A")]
     lip_a = np.concatenate(lips) @ np.array([4, 1])
     rows = np.concatenate([lip_a, np.arange(4 * len(opened.tets))])
@@ -156,9 +163,10 @@ def _cells(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> list[np.ndarray
 
 
 def _holders(groups: RowGroups, count: int, tet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cells (k,) that are a part of a tetrahedron, and the tetrahedron of each (k,).
+    """Return the cells (k,) that are a face or edge of a tetrahedron, and the tetrahedron (k,) of each.
 
-    groups: of `count` faces or edges of the tetrahedra tet (count,), followed by the cells.
+    groups: groups of equal rows, of which the first `count` are faces or edges of tetrahedra and the others
+    are the cells; tet (count,): the tetrahedron of each face or edge.
     """
     lead = groups.lead[groups.index[count:]]
     cells = np.flatnonzero(lead < count)
@@ -168,9 +176,10 @@ def _holders(groups: RowGroups, count: int, tet: np.ndarray) -> tuple[np.ndarray
 def _moved(
     data: np.ndarray, tets: np.ndarray, old: np.ndarray, cells: np.ndarray, holder: np.ndarray
 ) -> np.ndarray:
-    """Return cells data (c, w), with rows `cells` on the nodes of the tetrahedra `holder` that hold them.
+    """Return the cells `data` (c, w) with new nodes in the rows `cells`.
 
-    old: the tetrahedra tets on their old nodes.
+    Each of these cells gets the nodes of the tetrahedron `holder` of which it is a part. tets: the
+    tetrahedra on new nodes; old: on their old nodes.
     """
     place = (old[holder][:, None, :] == data[cells][:, :, None]).argmax(axis=2)
     result = data.copy()

@@ -27,10 +27,11 @@ AnyMesh = TypeVar("AnyMesh", TetMesh, "Mesh")
 class Opened(NamedTuple):
     """A mesh's tetrahedra on separated nodes.
 
-    tets: the given ones with new ids; parent (n,): the old node of each node; old nodes come first and keep
-    their ids. ahead, behind (k,): half faces 4 * tet + face of the lips A and B; crack (k,): number of the
-    crack of each pair, from 0. free: half faces that were free before. shut: number of crack facets that
-    stay closed because all their corners are on the front; on_boundary: number that were free.
+    tets: the given tetrahedra with new node ids; parent (n,): the old node of each node; old nodes come
+    first and keep their ids. ahead, behind (k,): half faces 4 * tet + face of the lips (crack faces) A and
+    B; crack (k,): number of the crack of each pair, from 0. free: half faces that were free before. shut:
+    number of crack facets that stay closed because all their corners are on the front; on_boundary: number
+    of given facets that are on the mesh's boundary, and are ignored.
     """
 
     tets: np.ndarray
@@ -50,18 +51,18 @@ def open_crack(mesh: AnyMesh, facets: np.ndarray | str) -> tuple[AnyMesh, dict[s
     result has the same type. facets (k, 3): the corners of faces between two tetrahedra, in any order, or
     the name of a set of faces (in meshio: a cell set or a physical group of triangles).
 
-    A node becomes one node for each group of elements around it that are connected by faces off the crack.
-    So nodes on the front stay single, a mouth on the mesh's boundary opens, and a junction of branches gets
-    one node per sector. Facets connected by edges are one crack. Several cracks are numbered after those
-    that a TetMesh already has, from the lowest first corner up (by z, then y, then x). `lip_a_ahead`
-    decides the side of lip A. The order and orientation of the facets make no difference. Old nodes keep
-    their ids.
+    A node becomes one node for each group of elements around it that are connected by faces that are not
+    on the crack. So nodes on the front stay single, a crack mouth on the mesh's boundary opens, and a
+    junction of branches gets one node per sector. Facets connected by edges are one crack. Several cracks
+    are numbered after those that a TetMesh already has, by their lowest corners (by z, then y, then x). Lip
+    A (crack face A) is on the side to which the largest component of the mean normal is positive
+    (`lip_a_ahead`). The order and orientation of the facets make no difference. Old nodes keep their ids.
 
-    Sets: CRACK_LIP_A and CRACK_LIP_B, or CRACK_1_LIP_A ... of several cracks, and the fronts in order, see
-    `node_sets_of`. Other node sets also get the copies of their nodes; other face sets stay, except the one
-    that is opened. A meshio mesh gets the lips as cells and cell sets, see `foreign_with_crack`. Raises
-    CraftmeshError for facets that are no faces of the mesh or cannot open, a crack with one side, and a
-    mesh whose faces belong to more than two elements.
+    Sets: CRACK_LIP_A and CRACK_LIP_B, or CRACK_1_LIP_A ... of several cracks, and the fronts in order, such
+    as CRACK_FRONT. Other node sets also get the copies of their nodes; other face sets stay, except the
+    face set that is opened. A meshio mesh gets each lip as a block of triangles and a cell set. Raises
+    CraftmeshError for facets that are no faces of the mesh, if none opens, for a crack that cannot be
+    given two sides, and for a mesh whose faces belong to more than two elements.
     """
     if isinstance(mesh, TetMesh):
         result, _, report = _opened(mesh, facets)
@@ -105,7 +106,7 @@ def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, n
     alone = [name for name in names if f"{name[:-1]}B" not in face_sets]
     if alone:
         raise CraftmeshError(
-            f"the mesh has {alone[0]} without its lip B; give both lips of a crack, or none"
+            f"the mesh has the face set {alone[0]} without its lip B; give both lips of a crack, or none"
         )
     return [(face_sets[name], face_sets[f"{name[:-1]}B"]) for name in names]
 
@@ -129,7 +130,11 @@ def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int |
 
 
 def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Opened:
-    """Return the tetrahedra (m, 4) or (m, 10) opened along the faces whose corners are facets (k, 3)."""
+    """Return the tetrahedra (m, 4) or (m, 10) opened along the faces with the corners `facets` (k, 3).
+
+    A node becomes one node for each group of elements around it that are connected by other faces. Raises
+    CraftmeshError for facets that are no faces or cannot open, and for invalid meshes, as `open_crack`.
+    """
     facets = lip_a_ahead(points, turned_alike(points, _checked(points, tets, facets)))
     groups, row, count = facet_groups(tets, facets)
     _refuse(points, facets, row, count)
@@ -154,9 +159,9 @@ def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Op
 
 
 def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the facets (k, 3), each once; facets and their corners ascend by z, then y, then x.
+    """Return the facets (k, 3), each once and sorted, with sorted corners: by z, then y, then x.
 
-    Raises CraftmeshError for invalid facets and for elements without positive volume.
+    Raises CraftmeshError for facets that are no node ids and for elements without positive volume.
     """
     facets = as_array("facets", facets, np.int64, (None, 3))
     if not len(facets):
@@ -177,9 +182,10 @@ def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.nda
 
 
 def _refuse(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, count: np.ndarray) -> None:
-    """Raise CraftmeshError for facets that are no faces, and for faces of more than two elements.
+    """Raise CraftmeshError for facets that are no faces of the mesh or all on its boundary.
 
-    rows (g,): facet of each group of equal faces, below 0 for none; count (g,): its number of elements.
+    It is also raised for faces of more than two elements. rows (g,): facet of each group of equal faces,
+    below 0 for none; count (g,): number of elements with this face.
     """
     lost = rows[count == 0]
     if len(lost):
@@ -187,7 +193,7 @@ def _refuse(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, count: np.
         place = np.round(points[corners].mean(axis=0), 6).tolist()
         raise CraftmeshError(
             f"{len(lost)} of {len(facets)} facets are no faces of the mesh, the first has the nodes "
-            f"{corners.tolist()} at {place}; expected faces between two tetrahedra, none opened before"
+            f"{corners.tolist()} at {place}; give faces between two tetrahedra that were not opened before"
         )
     if (count > 2).any():
         raise CraftmeshError(

@@ -12,11 +12,11 @@ from craftmesh.surface.connectivity import joined
 def opened_tets(
     tets: np.ndarray, linked: np.ndarray, bounding: np.ndarray, n_points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tets on separated nodes and the old node (n,) of each new one; old ids come first.
+    """Return the tets on separated nodes, and the old node (n,) of each node; old nodes come first.
 
-    tets (m, 4) or (m, 10). linked (p, 2): pairs of half faces that stay together; bounding: half faces that
-    are free or on the crack. Only nodes of `bounding` can be separated: around any other node the elements
-    fill the whole sphere.
+    tets (m, 4) or (m, 10). linked (p, 2): pairs of half faces (4 * tet + face) that stay together;
+    bounding: half faces that are free or on the crack. Only nodes of `bounding` can be separated, because
+    around any other node the elements fill the whole sphere. n_points: number of old nodes.
     """
     width = tets.shape[1]
     local = FACE_NODES[width]
@@ -44,7 +44,7 @@ def opened_across(
     """Return tets and old nodes as `opened_tets` does, and a mask (p,) of crack facets that stay closed.
 
     across (p, 2): the half faces on both sides of each crack facet. A facet stays closed, with its mid
-    nodes, if all its corners stay single.
+    nodes, if all its corners stay single, as for a facet with all corners on the front.
     """
     by_corners, _ = opened_tets(tets[:, :4], linked, across.ravel(), n_points)
     shut = is_closed(by_corners, across)
@@ -55,9 +55,9 @@ def opened_across(
 def with_copies(
     node_sets: Mapping[str, np.ndarray], parent: np.ndarray, count: int
 ) -> dict[str, np.ndarray]:
-    """Return the sets, except lips and fronts, with the copies of their nodes at the end.
+    """Return the node sets, with the copies of their nodes at the end, but no sets of lips and fronts.
 
-    parent (n,): the old node of each node; the first `count` nodes are the old ones.
+    parent (n,): the old node of each node; count: number of old nodes, which come first.
     """
     return {
         name: np.concatenate([nodes, copies_of(nodes, parent, count)])
@@ -67,12 +67,18 @@ def with_copies(
 
 
 def copies_of(nodes: np.ndarray, parent: np.ndarray, count: int) -> np.ndarray:
-    """Return the new nodes (k,) that were separated from `nodes`; parent and count as in `with_copies`."""
+    """Return the new nodes (k,) that were separated from `nodes`, of the `count` old nodes.
+
+    parent (n,): the old node of each node; old nodes come first.
+    """
     copies: np.ndarray = count + np.flatnonzero(np.isin(parent[count:], nodes))
     return copies
 
 
 def is_closed(opened: np.ndarray, crack_pairs: np.ndarray) -> np.ndarray:
-    """Return a mask (p,) of crack facets with the same three corners on both sides, which cannot open."""
+    """Return a mask (p,) of crack facets with the same three corners on both sides, which cannot open.
+
+    crack_pairs (p, 2): the half faces on both sides of each facet; opened: tets on separated nodes.
+    """
     corners = np.sort(half_face_corners(opened, crack_pairs), axis=2)
     return (corners[:, 0] == corners[:, 1]).all(axis=1)

@@ -344,7 +344,7 @@ def test_a_crack_opens_once_and_other_libraries_meshes_are_refused():
     for one in (mesh, meshio.Mesh(mesh.points, [("tetra", mesh.tets)])):
         with pytest.raises(
             CraftmeshError,
-            match="only once|none opened before|opened before; open all cracks in one call",
+            match="only once|not opened before|opened before; open all cracks in one call",
         ):
             open_crack(open_crack(one, facets)[0], facets)
     with pytest.raises(CraftmeshError, match="mesh is a ndarray; expected a TetMesh or a meshio.Mesh"):
