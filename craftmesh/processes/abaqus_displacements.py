@@ -1,6 +1,6 @@
-"""Write the displacements of an Abaqus database's last frame as csv; for Abaqus' own Python, 2 or 3.
+"""Write the displacements of the last frame of an Abaqus database as csv: node,ux,uy,uz.
 
-abaqus python abaqus_displacements.py model.odb field.csv
+It runs in Abaqus' own Python, 2 or 3: abaqus python abaqus_displacements.py model.odb field.csv
 """
 
 import sys

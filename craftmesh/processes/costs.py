@@ -45,5 +45,8 @@ def write_costs(path: str, began: float) -> None:
 
 
 def asked_costs() -> str:
-    """Return the path for this process's costs, "" if none; programs that it starts write none."""
+    """Return the path of the file for this process's costs, "" if none is asked for.
+
+    The environment variable is removed, so that programs that this process starts write no costs.
+    """
     return os.environ.pop(VARIABLE, "")

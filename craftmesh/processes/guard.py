@@ -26,7 +26,7 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 def guarded(words: Sequence[str], said: IO[str]) -> subprocess.Popen:
     """Start a program under a guard and return the guard's process; `release` ends both.
 
-    words: the command line; said: file for the program's output.
+    words: the program's command line; said: file for its standard output and errors.
     """
     command = [sys.executable, "-P", "-m", "craftmesh.processes.guard", *words]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT)
@@ -40,6 +40,7 @@ def release(child: subprocess.Popen) -> None:
 
 
 def main() -> int:
+    """Run the program in this command's arguments, and return its status, 128 + n if signal n ended it."""
     inherit_orphans()
     program = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL, preexec_fn=_prepare)
     for number in STOPPING:
@@ -56,7 +57,10 @@ def main() -> int:
 
 
 def _prepare() -> None:
-    """Restore Ctrl-C for the program, because shells disable it for background jobs."""
+    """Restore Ctrl-C for the program, because shells disable it for background jobs.
+
+    The program also gets an interrupt when the guard ends.
+    """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     die_with_parent(signal.SIGINT)
 

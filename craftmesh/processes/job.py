@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from craftmesh.errors import CraftmeshError
 
 GIGABYTE = 2**30
-_LAST_LINES = 3
+_LAST_LINES = 3  # number of lines of a program's output that an error has
 _LIBC = ctypes.CDLL(None)
 
 
@@ -30,8 +30,8 @@ class Limits:
 class Job:
     """A call `function(shared, task)` for many tasks, each under the limits.
 
-    Tasks and results are pickled. `warm_up(shared)` is called once before workers start. Workers then share
-    the loaded modules and kernels, and time limits do not include compilation.
+    Tasks and results are pickled. `warm_up(shared)` is called once before workers start, so that workers
+    share the loaded modules and kernels, and time limits do not include compilation.
     """
 
     function: Callable[[Any, Any], Any]
@@ -55,9 +55,10 @@ class Failure(NamedTuple):
 def run_program(words: Sequence[str], folder: Path, limits: Limits, log: Path) -> str:
     """Run a program in `folder`, with its output in the file `log`, and return the output.
 
-    The program and its children end at the time limit; the program also ends when this process ends.
-    Raises CraftmeshError if the program cannot be started, exceeds its time limit, or ends with a status
-    other than 0; the error then has the last lines of output.
+    The program and its children are killed at the time limit; the program also ends when this process ends.
+    It runs with one OpenMP thread unless OMP_NUM_THREADS is set. Raises CraftmeshError if the program
+    cannot be started, exceeds its time limit, or ends with a status other than 0; the error then has the
+    last lines of output.
     """
     environment = os.environ | {"OMP_NUM_THREADS": os.environ.get("OMP_NUM_THREADS", "1")}
     with open(log, "wb") as stream:

@@ -24,7 +24,8 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError
 
-VARIABLE = "CRAFTMESH_WARM"  # environment variable: the prefix of the server's Python, and its socket
+# Environment variable: sys.prefix of the server's Python, and the name of its socket.
+VARIABLE = "CRAFTMESH_WARM"
 _SERVE = "import sys; from craftmesh.cli import serve_verbs; serve_verbs(int(sys.argv[1]))"
 PROCESS_USER_GROUP = "3i"  # struct format of the ids that SO_PEERCRED returns
 
@@ -49,9 +50,10 @@ def start() -> None:
 
 
 def status_of(words: Sequence[str]) -> int | None:
-    """Let the server run a subcommand; return its exit status, or None without a server of this Python.
+    """Let the server run a subcommand, and return its exit status; None without a server of this Python.
 
-    words: the command line. Raises CraftmeshError if the server ends before the subcommand.
+    words: the command line. The status is 128 + n if signal n ended the subcommand. Raises CraftmeshError
+    if the server ends before the subcommand.
     """
     prefix, _, name = os.environ.get(VARIABLE, "").rpartition(":")
     if prefix != sys.prefix:
@@ -69,13 +71,13 @@ def status_of(words: Sequence[str]) -> int | None:
         socket.send_fds(connection, [b" "], [0, 1, 2, request])
         answer = connection.recv(8)
     if not answer:
-        raise CraftmeshError("the server that runs the stages has ended; give the same command again")
+        raise CraftmeshError("the server that runs subcommands has ended; give the same command again")
     status = int(answer)
     return status if status >= 0 else 128 - status
 
 
 def _is_ours(connection: socket.socket) -> bool:
-    """Return whether the process at the other end belongs to the same user."""
+    """Return True if the process at the other end of a connection belongs to the same user."""
     found = connection.getsockopt(
         socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize(PROCESS_USER_GROUP)
     )
@@ -83,9 +85,10 @@ def _is_ours(connection: socket.socket) -> bool:
 
 
 class Loader:
-    """Modules and kernels that the children of a server had to load, by subcommand.
+    """Loads modules and kernels in the server that its children had to load.
 
-    load: function that loads a subcommand's module.
+    load: function that loads a subcommand's module; missing: modules and kernels that children of a
+    subcommand had to load and the server has not yet loaded, by subcommand.
     """
 
     def __init__(self, load: Callable[[str], Any]):
@@ -93,7 +96,10 @@ class Loader:
         self.missing: dict[str, tuple[list[str], list]] = {}
 
     def prepare(self, verb: str) -> None:
-        """Load the known modules and kernels of a subcommand; errors are left to the child to report."""
+        """Load a subcommand's module, and the modules and kernels that its last child had to load.
+
+        Errors are ignored here; the child reports them.
+        """
         modules, kernels = self.missing.pop(verb, ([], []))
         with suppress(Exception):
             self.load(verb)
@@ -105,10 +111,10 @@ class Loader:
         gc.freeze()  # else each child's garbage collection would copy this memory
 
     def run(self, run: Callable[[list[str]], int], words: list[str], missing: int) -> int:
-        """Run a subcommand in a child, and return its exit status.
+        """Run a subcommand, in the child, and return its exit status.
 
-        Write to `missing`, the number of an open file, which modules and compiled kernels the child had to
-        load itself. run: function that runs a command line; words: the command line.
+        The names of modules and kernels that it had to load are written to the open file with the number
+        `missing`, for `learn`. run: function that runs a command line; words: the command line.
         """
         modules, kernels = set(sys.modules), _loaded_kernels()
         status = run(words)
@@ -118,7 +124,10 @@ class Loader:
         return status
 
     def learn(self, verb: str, missing: int) -> None:
-        """Read the modules and kernels that a subcommand's child loaded; a killed child wrote none."""
+        """Read which modules and kernels a subcommand's ended child had to load; a killed child wrote none.
+
+        missing: the number of the file that `run` wrote; it is closed.
+        """
         with suppress(EOFError, pickle.UnpicklingError), os.fdopen(missing, "rb") as stream:
             stream.seek(0)
             self.missing[verb] = pickle.load(stream)
@@ -147,14 +156,18 @@ def _exit(status: int) -> None:
 
 
 class _Child:
-    """A running subcommand: its name, its client's connection, the file number for loads, its process."""
+    """A running subcommand.
+
+    `verb`: its name; connection: to its client; missing: number of the file for what it loads; pid: its
+    process.
+    """
 
     def __init__(self, verb: str, connection: socket.socket, missing: int, pid: int):
         self.verb, self.connection, self.missing, self.pid = verb, connection, missing, pid
         self.end = os.pidfd_open(pid)  # can be read when the child has ended
 
     def answer(self) -> None:
-        """Send the exit status, negative for a signal, to the client if it still waits."""
+        """Send the ended child's status, negative for a signal, to the client if it still waits."""
         _, status = os.waitpid(self.pid, 0)
         with suppress(OSError):
             self.connection.send(str(os.waitstatus_to_exitcode(status)).encode())

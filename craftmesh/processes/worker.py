@@ -20,7 +20,7 @@ from typing import Any, NoReturn, Protocol
 from craftmesh.errors import CraftmeshError
 from craftmesh.processes.job import GIGABYTE, Failure, Job, limit_memory
 
-DISK_FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+DISK_FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)  # full disk, quota, size, read-only
 
 
 class Worker:
@@ -51,12 +51,12 @@ class Worker:
             self.connection.send(task)
 
     def finish(self) -> tuple[Any, float]:
-        """Mark the worker as free; return the key of its task and the seconds the task took."""
+        """Mark the worker as free, and return the key of its task and the seconds that the task took."""
         key, self.key = self.key, None
         return key, time.monotonic() - (self.deadline - self.job.limits.time)
 
     def receive(self) -> tuple[str, Any]:
-        """Return ("done", result), ("failed", Failure) or ("died", Failure) from the process."""
+        """Wait for an answer: ("done", result), ("failed", Failure), or ("died", Failure) if it ended."""
         try:
             kind, value = self.connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
@@ -73,7 +73,7 @@ class Worker:
         return self.status
 
     def kill(self) -> None:
-        """Kill the process and the programs that it runs, and remove its folder."""
+        """Kill the process and the programs that it runs, and remove its working folder."""
         if self.status is None:
             os.kill(self.pid, signal.SIGKILL)
         with suppress(ProcessLookupError):
@@ -126,15 +126,16 @@ class Listener(Protocol):
         """Receive the result of a task."""
 
     def on_failure(self, task: Any, failure: Failure, seconds: float, /) -> Any | None:
-        """Receive a task's failure; return a task to try instead, or None."""
+        """Receive a task's failure; return a task to try instead, or None to give up."""
 
 
 def run_tasks(job: Job, tasks: Sequence[tuple[float, Any]], listener: Listener, workers: int) -> None:
     """Run the job for all (cost, task), in order of falling cost.
 
-    A worker takes the next task when its last task ends, which balances the load. A task that raises, that
-    crashes its process or exceeds the time limit goes to `listener.on_failure`. The pool replaces the
-    process; other tasks continue. Raises CraftmeshError if the system denies a worker files.
+    A worker takes the next task when its last task ends, which balances the load. A task that raises an
+    error, crashes its process or exceeds the time limit goes to `listener.on_failure`. A process that
+    crashed or took too long is replaced; other tasks continue. Raises CraftmeshError if a worker cannot
+    write files, as on a full disk.
     """
     if tasks and job.warm_up:
         job.warm_up(job.shared)
@@ -158,6 +159,7 @@ class _Pool:
         self.staff: list[Worker] = []
 
     def run(self, workers: int) -> None:
+        """Run all tasks on this number of workers, and return when all have ended."""
         for _ in range(workers):
             self.staff.append(Worker(self.job))
         while self.queue or any(worker.key for worker in self.staff):
@@ -169,7 +171,10 @@ class _Pool:
                 self._take(index, kind, value)
 
     def _hear(self) -> list[tuple[int, str, Any]]:
-        """Wait for an answer or a timeout; return (worker's index, kind, value) of each, as `receive`."""
+        """Wait for an answer or a timeout, and return (worker's index, kind, value) of each.
+
+        kind and value are those of `Worker.receive`; a timeout counts as "died".
+        """
         busy = [(index, worker) for index, worker in enumerate(self.staff) if worker.key]
         timeout = min(worker.deadline for _, worker in busy) - time.monotonic()
         spoken = wait([worker.connection for _, worker in busy], max(0.0, timeout))
@@ -199,8 +204,8 @@ class _Pool:
             return
         if value.is_system:
             raise CraftmeshError(
-                f"the system denied a worker process files ({value.reason}); check the space of the "
-                f"temporary folder {gettempdir()}"
+                f"a worker process cannot write its files ({value.reason}); free space in the temporary "
+                f"folder {gettempdir()}"
             )
         again = self.listener.on_failure(self.current[order], value, seconds)
         if again is not None:
