@@ -1,4 +1,4 @@
-"""What the workflow needs of a campaign: configuration, flags, files and digests.
+"""Code for the workflow of a campaign: configuration, flags, files and digests.
 
 `sheet` and `cases` read the case table; `campaign` checks it with config.yaml and returns a `Campaign`,
 from which the workflow's rules get files, flags and resources. `config_schema` makes the JSON schema from

@@ -75,9 +75,10 @@ class Campaign:
         return [(case, inc) for case, inc in asked if int(inc) + 1 < self.cases[case].increments]
 
     def is_reached(self, case: str, inc: str, growth: GrowthReport) -> bool:
-        """Return whether no growth before an increment ended the case.
+        """Return True unless the growth after an earlier increment ended the crack.
 
-        growth: returns the path of the report of the growth after an increment.
+        growth: returns, for case and increment, the path of the report of the growth after it. Reports that
+        do not exist yet do not count.
         """
         if not self.cases[case].grows:
             return True
@@ -110,18 +111,24 @@ class Campaign:
 
     @property
     def renewed(self) -> str:
-        """The cases whose meshes are renewed, as a regular expression for a Snakemake wildcard."""
+        """The cases whose meshes are renewed, as a regular expression for a Snakemake wildcard.
+
+        Without such cases the expression matches nothing.
+        """
         names = [case.name for case in self.cases.values() if case.renews]
         return "|".join(map(re.escape, names)) or "(?!)"
 
     def mesh_before(self, case: str, inc: str) -> dict[str, str]:
-        """Return the mesh and sizing of the increment before, and its map if that was renewed, too."""
+        """Return {"before": mesh, "sizing_before": sizing} of the previous increment.
+
+        From increment 002 on also {"map_before": file}, because the previous mesh was renewed too.
+        """
         before = f"{self.results}/{case}/{int(inc) - 1:03d}"
         numbers = {"map_before": f"{before}/map.npz"} if int(inc) > 1 else {}
         return {"before": f"{before}/volume.vtu", "sizing_before": f"{before}/sizing.npz", **numbers}
 
     def renew_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh renew`: its own flags and the flags of its stages."""
+        """Return the flags of `craftmesh renew`: its own flags and those of the stages that it calls."""
         settings = self.cases[case].settings
         stitch = fields_of(InsertOptions, settings["stitch"])
         return command_flags(settings["renew"] | stitch | settings["gradate"] | settings["tetrahedralize"])
@@ -132,12 +139,15 @@ class Campaign:
         return {"base": f"{before}/base.vtp", "step": f"{before}/step.csv"} if int(inc) else {}
 
     def last_front(self, case: str, inc: str) -> dict[str, str]:
-        """Return {"last": file}, the previous increment's report of K, if the crack grew; else {}."""
+        """Return {"last": file}, the report of K of the increment from which the crack grew; else {}."""
         grown = self.cases[case].grows and int(inc)
         return {"last": f"{self.results}/{case}/{int(inc) - 1:03d}/fracture.json"} if grown else {}
 
     def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
-        """Return the options of each crack of an increment; grown cracks are one surface in one file."""
+        """Return the options of each crack of an increment.
+
+        All cracks of an increment after growth are one, a surface from the file that growth wrote.
+        """
         if self.cases[case].grows and int(inc):
             return [{"shape": "surface", "file": self.previous_crack(case, inc)["grown"]}]
         return [self.cases[case].settings["cracks"][name] for name in self.cases[case].cracks]
@@ -211,7 +221,10 @@ class Campaign:
         return command_flags(fields_of(SmoothingOptions, keys) | fields_of(CorrectionOptions, keys))
 
     def _deck(self, case: str) -> dict[str, Any]:
-        """Return the keys of a case's deck; quarter_points, if not set, is true if the crack grows."""
+        """Return the values of a case's section `inp`.
+
+        If quarter_points is null, it is set to whether the crack grows.
+        """
         deck = dict(self.cases[case].settings["inp"])
         if deck["quarter_points"] is None:
             deck["quarter_points"] = self.cases[case].grows
@@ -240,18 +253,19 @@ class Campaign:
 
 @cache
 def _is_end(version: tuple[Path, int]) -> bool:
-    """Return whether a report of a growth says that the crack ended.
+    """Return True if a report of growth has a reason why the crack ended.
 
-    version: the report and the time of its last change. Snakemake asks for each report many times.
+    version: path and modification time of the report, the key of the cache, because Snakemake asks for each
+    report many times.
     """
     return bool(read_json(version[0])["ended"])
 
 
 def read_campaign(config: Mapping[str, Any]) -> Campaign:
-    """Check `config` and its case table against the schemas, and fill in the defaults.
+    """Check `config` and its case table, fill in the defaults, and return the campaign.
 
     Raises CraftmeshError with one line that names the key, case or file, the value found and what is
-    expected.
+    expected, for values that schemas or stages reject, and for missing files.
     """
     schema = load_schema(SCHEMAS / "config.schema.yaml")
     config = with_paths(completed(config, schema))
@@ -279,9 +293,10 @@ def _with_paths(case: Case, config: Mapping[str, Any]) -> Case:
 
 
 def command_flags(options: Mapping[str, Any]) -> str:
-    """Return options as command-line flags: a list becomes several values, a list in a list a,b.
+    """Return options as command-line flags, quoted for a shell.
 
-    Keys with a null or empty value are left out.
+    A list becomes several values, and a list in a list a value such as a,b. A boolean becomes --key or
+    --no-key. Keys with a null or empty value are left out.
     """
     words: list[str] = []
     for key, value in options.items():

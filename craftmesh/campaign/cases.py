@@ -51,14 +51,15 @@ def check_capitals(names: Iterable[str], place: str) -> None:
 
 @dataclass(frozen=True)
 class Case:
-    """A case. microstructure: a path or SYNTHETIC.
+    """A case of a campaign. microstructure: a path or SYNTHETIC.
 
     crack: names of cracks separated by commas, or NO_CRACK.
     growth: PRESCRIBED; "grow" or "until", which mean the same, for growth until the crack ends, after
-    `increments` at the latest.
-    row: the case name in the table's row; it differs from `name` only if the row is swept.
+    `increments` increments at the latest.
+    row: the case name in the table's row; it differs from `name` only if a list of values in the row makes
+    several cases.
     place: the file, line and case, with which error messages begin.
-    swept: the case's value of each column or key (section.key) that is swept in its row.
+    swept: the case's value of each column or key (section.key) that has a list of values.
     settings: the campaign's configuration with the case's own values in it.
     """
 
@@ -127,7 +128,10 @@ def check_case(case: Case) -> None:
 
 
 def check_exists(key: str, path: str | None) -> None:
-    """Raise CraftmeshError, beginning with `key`, if `path` is given but no such file or folder exists."""
+    """Raise CraftmeshError, beginning with `key`, if `path` is given but does not exist or is not readable.
+
+    Files and folders are both accepted.
+    """
     if path and not os.path.exists(path):
         raise CraftmeshError(f"{key}: {path} does not exist; check the path")
     if path:

@@ -26,7 +26,10 @@ def load_schema(path: Path) -> dict:
 
 
 def completed(config: Mapping[str, Any], schema: dict) -> dict:
-    """Return a copy of `config` with the schema's defaults; raises CraftmeshError for the first fault."""
+    """Return a copy of `config` with the schema's defaults, and text converted where numbers are expected.
+
+    Raises CraftmeshError for the first fault, unknown keys before other faults.
+    """
     try:
         _refuse_keys(config, "")
     except RecursionError:
@@ -34,7 +37,7 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
     made = filled(config, schema)
     faults = list(_validator()(schema).iter_errors(made))
     if faults:
-        # unknown keys first: an unknown key is often a misspelt required one
+        # unknown keys first, because an unknown key is often a misspelt required key
         faults.sort(
             key=lambda fault: (fault.validator != "additionalProperties", list(map(str, fault.path)))
         )

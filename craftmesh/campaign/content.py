@@ -26,7 +26,10 @@ _SECTIONS |= {"fracture": ("inp", "grow")}
 
 
 def given_files(campaign: Campaign, stage: str, case: str, inc: str = "") -> list[str]:
-    """Return the user's files that a stage (a module of `commands`) reads for a case and increment."""
+    """Return the user's files that a stage (a module of `commands`) reads for a case and increment.
+
+    Some may be files that the workflow makes, such as a crack that grew in another case.
+    """
     one = campaign.cases[case]
     if stage == "import_":
         return [] if one.microstructure == SYNTHETIC else [one.microstructure]
@@ -44,7 +47,8 @@ def is_made(campaign: Campaign, path: str) -> bool:
 def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | None:
     """Return a text with one digest of all files that a stage reads; None if it reads none.
 
-    The files are the user's, templates of the package, and fields and programs of external solvers.
+    The files are the user's files outside the results, templates of the package, and fields and programs of
+    external solvers. Files that the workflow makes are left out, because Snakemake follows them.
     """
     settings = campaign.cases[case].settings
     kind = settings["import"]["format"] if stage == "import_" else AUTO

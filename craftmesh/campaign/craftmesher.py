@@ -68,9 +68,9 @@ def _leaves(element: ElementTree.Element, prefix: str) -> Iterator[tuple[str, El
 def converted(keys: dict[str, str], folder: Path) -> tuple[dict, list[str]]:
     """Return the sections of a craftmesh configuration made from craftmesher's `keys`, and notes.
 
-    folder: that of config.xml, to which its paths are relative. Each note is one line; it begins with the
-    key and says how its value is used, or why it is not. Raises CraftmeshError, naming the key, for a value
-    that is not a number >= 0.
+    keys: as from `read_config`; folder: the folder of config.xml, to which its paths are relative. Each
+    note is one line that begins with a key and says how its value is used, or why it is not. Raises
+    CraftmeshError, naming the key, for a value that is not a number >= 0.
     """
     keys = _DEFAULTS | {key: text for key, text in keys.items() if text}
     notes = [f"{key}: {why}" for key, why in _NOT_CARRIED.items() if key in keys]

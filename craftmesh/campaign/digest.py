@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
-# Regular expressions, because `ast.parse` of the 334 modules took 0.9 s of a 2.9 s dry run.
+# Import statements, by regular expressions: `ast.parse` of all modules took 0.9 s of a 2.9 s dry run.
 FROM = re.compile(r"^[ \t]*from[ \t]+(craftmesh[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n(]*)", re.M)
 IMPORT = re.compile(r"^[ \t]*import[ \t]+(craftmesh[\w.]*)", re.M)
 

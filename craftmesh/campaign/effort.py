@@ -1,4 +1,4 @@
-"""How many elements an increment will have, how long and how much memory its jobs take, and ask for.
+"""Estimates for the jobs of an increment: elements, CPU time, memory, and what to request of a cluster.
 
 Measured on a virtual machine with two cores (AMD EPYC), kernels compiled; docs/benchmarks.md has the table.
 """
@@ -20,21 +20,23 @@ from craftmesh.options import Options, option
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import Voxels
 
-# Tetrahedra over the integral of dV / l^3. Measured on demo, al6xn, al1050 and copper, sizes and cracks
-# differing: 10.0 to 11.9; equal regular tetrahedra would fill space with 8.5.
+# Number of tetrahedra over the integral of dV / l^3, with the target length l. Measured on demo, al6xn,
+# al1050 and copper with various lengths and cracks: 10.0 to 11.9. Regular tetrahedra, if they filled space,
+# would give 8.5.
 TETS_PER_CUBE = 11.0
 # Facets of the remeshed surface over the voxel faces between labels and on the box: demo 2.3, al1050 2.3,
 # al6xn 2.4, copper, whose grains are four voxels across, 3.5.
 FACETS_PER_FACE = 2.5
-# Cells of the integral to begin with; those wider than COARSE lengths are halved, up to MOST_CELLS. Penny
-# cracks with r0 of two voxels and more are within 4 % of a sum over three million cells.
+# Number of cells with which the integral begins. Cells wider than COARSE target lengths are split into
+# eight, while this makes at most MOST_CELLS cells. For penny cracks with r0 of two voxels and more, the
+# result is within 4 % of a sum over three million cells.
 CELLS, COARSE, MOST_CELLS = 8_000, 2.0, 300_000
 OCTANTS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the jobs of an increment grow with: counts of voxels, of facets as remeshed, of elements."""
+    """Counts on which the costs of an increment's jobs depend; facets: of the remeshed surface."""
 
     voxels: float
     facets: float
@@ -51,7 +53,7 @@ class Effort:
 
 @dataclass(frozen=True)
 class _Cost:
-    """What a job takes at least, and what for each voxel, facet and element: microseconds and bytes."""
+    """The cost of a job: a fixed part, and microseconds and bytes for each voxel, facet and element."""
 
     seconds: float
     megabytes: float
@@ -82,17 +84,17 @@ _COSTS = {
     "depict": _Cost(2.9, 340, (0, 0, 2.7), (0, 0, 260)),
     "report": _Cost(4, 300),
 }
-# CPU seconds of a job's start, which children of one process share: 38 jobs of a small growing crack took
-# 78 s where each started alone, 36 s where they shared one
+# CPU seconds of a job's start, which jobs save that are children of one process with everything loaded: 38
+# jobs of a small growing crack took 78 s if each started by itself, and 36 s as such children.
 START = 1.0
 RULES = tuple(_COSTS)  # in the order of the work
 
 
 def effort(rule: str, sizes: Sizes, chunks: int = 2, is_warm: bool = False) -> Effort:
-    """Return the CPU seconds and megabytes that a job of a workflow rule takes.
+    """Return the expected CPU seconds and megabytes of a job of a workflow rule.
 
     chunks: number of jobs that share an increment's tetrahedra. is_warm: whether stages run in children of
-    one process.
+    one process that has everything loaded.
     """
     cost = _COSTS[rule]
     share = 2 / chunks if rule == "tetrahedralize" else 1.0
@@ -103,12 +105,12 @@ def effort(rule: str, sizes: Sizes, chunks: int = 2, is_warm: bool = False) -> E
 
 
 def expected_facets(voxels: Voxels) -> float:
-    """Return about how many facets the grains' surface will have when it is remeshed."""
+    """Return the expected number of facets of the grains' remeshed surface."""
     return FACETS_PER_FACE * voxels.faces
 
 
 def expected_elements(voxels: Voxels, lengths: Lengths) -> float:
-    """Return about how many tetrahedra of the target `lengths` fill the grains of the volume."""
+    """Return the expected number of tetrahedra with the target `lengths` in the grains of the volume."""
     extent = voxels.spacing * voxels.labels.shape
     counts = np.maximum(np.round(extent / np.cbrt(extent.prod() / CELLS)), 1)
     cell, total = extent / counts, 0.0
@@ -125,10 +127,12 @@ def expected_elements(voxels: Voxels, lengths: Lengths) -> float:
     return TETS_PER_CUBE * total
 
 
-# Jobs inherit what was found when the campaign was planned, and do not ask the cluster's controller again.
+# Environment variable with processors and memory of the cluster's smallest node. Jobs inherit it from the
+# process that plans the campaign, so that they do not ask the cluster's controller again.
 VARIABLE = "CRAFTMESH_NODE"
 ANSWERS_WITHIN = 20  # seconds that a busy controller may take
-# worker processes of a job of tetrahedra: its grains are few, and the largest one takes as long as the rest
+# Largest number of worker processes of a job of tetrahedra: its grains are few, and the largest grain takes
+# as long as the others together.
 WORKERS = 4
 
 
@@ -144,19 +148,25 @@ class NodeOptions(Options):
 
 @dataclass(frozen=True)
 class Node:
-    """Processors and memory of a node, None where nothing is known, as on a machine without Slurm."""
+    """Processors and memory in MB of a node; None if unknown, as on a machine without Slurm."""
 
     cpus: int | None
     mem_mb: int | None
 
     @property
     def workers(self) -> int:
-        """The worker processes of a job of tetrahedra: one on a machine whose jobs share its processors."""
+        """Number of worker processes of a job of tetrahedra.
+
+        It is 1 if the processors are unknown, because jobs then share this machine's processors.
+        """
         return 1 if self.cpus is None else min(WORKERS, self.cpus)
 
 
 def cluster_node(keys: Mapping[str, Any]) -> Node:
-    """Return the node that `keys` (cpus, mem_mb) describe, with the cluster's smallest for None."""
+    """Return the node that `keys` (cpus, mem_mb) describe; None becomes the value of the smallest node.
+
+    The smallest node is that of Slurm's sinfo. It is found once and kept in the environment.
+    """
     if VARIABLE not in os.environ and None in keys.values():
         os.environ[VARIABLE] = _smallest()
     found = os.environ.get(VARIABLE, "").split()
@@ -165,7 +175,10 @@ def cluster_node(keys: Mapping[str, Any]) -> Node:
 
 
 def _smallest() -> str:
-    """Return processors and megabytes of the smallest node, in Slurm's default partition if it has one."""
+    """Return processors and megabytes of the smallest node as text, "" without Slurm.
+
+    The nodes are those of Slurm's default partition if it has one. Both numbers are minima by themselves.
+    """
     command = ["sinfo", "--noheader", "--Node", "--format", "%P %c %m"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWERS_WITHIN)
@@ -173,24 +186,27 @@ def _smallest() -> str:
         return ""
     rows = [line.split() for line in done.stdout.splitlines() if line.strip()]
     rows = [row for row in rows if row[0].endswith("*")] or rows
-    # sinfo writes 64+ where the nodes of a line differ
+    # sinfo writes 64+ if the nodes of a line have different numbers
     sizes = [[int(word.rstrip("+")) for word in row[1:]] for row in rows]
     return " ".join(str(min(column)) for column in zip(*sizes))
 
 
-# What is expected holds within a factor of 1.5 on the examples. Facets say less than a plan knows of
-# elements: uniform meshes of examples/paper_2 and paper_3 have 17 and 21 to a facet. Jobs on a volume.vtu
-# have them counted.
+# Requested over expected memory, and the same for the stages COUNTED, which know the number of elements
+# from a volume.vtu. Expected values hold within a factor of 1.5 on the examples. The number of elements
+# that other stages expect from facets is less certain: uniform meshes of examples/paper_2 and paper_3 have
+# 17 and 21 per facet.
 MEMORY_FACTOR, COUNTED_FACTOR = 2.0, 1.25
 COUNTED = ("export", "solve", "fracture", "depict")
-# Nodes are slower than the machine of the measurements, and shared; who asks for an hour waits no longer.
+# Requested over expected time: nodes are shared, and slower than the machine of the measurements. A job
+# that requests an hour does not wait longer in the queue for this.
 TIME_FACTOR = 10
-COMPILER_MB = 500  # the kernels are compiled once on each kind of machine, which takes five minutes
-START_MINUTES = 15
-WORKER_MB = 400  # a worker process of tetrahedralize or renew besides the first, on small grains
-# the next attempt's time over that before; where a grain failed, these mesh the whole model
+COMPILER_MB = 500  # memory to compile the kernels, once on each kind of machine, which takes five minutes
+START_MINUTES = 15  # minutes requested in addition
+WORKER_MB = 400  # memory of each further worker process of tetrahedralize or renew, on small grains
+# Ratio of an attempt's time to that of the attempt before, if not 2: these stages mesh the whole model
+# if a grain failed.
 LONGER = {"assemble": 5, "renew": 5}
-# jobs of one group that run at once on its node: Snakemake asks for the sum of their memory
+# Number of jobs of one group that run at once on a node: Snakemake requests the sum of their memory.
 AT_ONCE = {"inp": 2, "check": 2}
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
 TETS_PER_FACET = 10.0
@@ -198,7 +214,7 @@ _COUNTS = re.compile(rb'NumberOf(Polys|Cells)="(\d+)')
 
 
 def by_facets(facets: float, voxels: float | None = None) -> Sizes:
-    """Return the sizes where facets are known, as many voxels as facets where these are not."""
+    """Return the sizes expected for a number of facets; voxels None counts as the number of facets."""
     return Sizes(facets if voxels is None else voxels, facets, TETS_PER_FACET * facets)
 
 
@@ -208,7 +224,10 @@ UNKNOWN = {".npz": by_facets(2e7), ".vtp": by_facets(1e5), ".vtu": by_facets(1e5
 
 
 def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
-    """Return the memory of a stage's job, up to its part of the node's."""
+    """Return the memory in MB that a stage's job should request, at most its part of the node's memory.
+
+    attempt: number of the attempt, from 1; each further attempt requests twice as much.
+    """
     factor = COUNTED_FACTOR if stage in COUNTED else MEMORY_FACTOR
     megabytes = factor * effort(stage, sizes).megabytes + COMPILER_MB
     if stage in ("tetrahedralize", "renew"):
@@ -218,7 +237,7 @@ def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
 
 
 def minutes(stage: str, sizes: Sizes, attempt: int) -> int:
-    """Return the time of a stage's job."""
+    """Return the minutes that a stage's job should request; attempt: from 1, later ones request more."""
     first = START_MINUTES + round(TIME_FACTOR * effort(stage, sizes).seconds / 60)
     return first * LONGER.get(stage, 2) ** (attempt - 1)
 
@@ -226,8 +245,8 @@ def minutes(stage: str, sizes: Sizes, attempt: int) -> int:
 def sizes_of(path: str | Path) -> Sizes:
     """Return the sizes by the voxels and faces in a labels.npz, the facets in a .vtp or elements in a .vtu.
 
-    If the file does not exist yet or has other content, UNKNOWN's sizes for its suffix are returned; the
-    stage that reads the file reports its faults. Other suffixes are not accepted.
+    If the file does not exist yet or has other content, the sizes in UNKNOWN for its suffix are returned;
+    the stage that reads the file reports its faults. Another suffix may raise KeyError.
     """
     suffix = Path(path).suffix
     try:

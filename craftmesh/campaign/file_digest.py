@@ -18,9 +18,9 @@ KEPT = Path(".snakemake", "craftmesh", "content")  # folder of kept digests, in 
 def digest_of(path: str, kind: str = AUTO) -> str:
     """Return the digest of a file, or a folder of slices, and of the further files that its reader opens.
 
-    kind: the file's format, or AUTO. The digest is computed once in a process. It is kept in KEPT for later
-    processes, and is valid while no file changes size, time or inode. If the reader would reject the file,
-    the reason is part of the digest, which is then not kept.
+    kind: the file's format, or AUTO. The digest is computed once in a process. It is kept in the folder
+    KEPT for later processes, and is valid while no file changes size, time or inode. If the reader would
+    reject the file, the reason is part of the digest, which is then not kept.
     """
     entry = KEPT / f"{hashlib.sha256(f'{kind} {path}'.encode()).hexdigest()[:32]}.json"
     known = _known(entry)
@@ -54,7 +54,7 @@ def _stamp(path: Path) -> list[int]:
 
 
 def _known(entry: Path) -> str:
-    """Return the digest kept in `entry`; empty if files changed since, or in the same second."""
+    """Return the digest kept in `entry`; "" if files have changed since then, or in the same second."""
     try:
         known = json.loads(entry.read_text(encoding="utf-8"))
         written = int(entry.stat().st_mtime)  # whole seconds: some file systems store no fractions

@@ -19,12 +19,12 @@ from craftmesh.types import Crystal, Voxels
 from craftmesh.voxels.mouth import Mouth, find_mouth
 from craftmesh.voxels.voxel_graph import median_grain
 
-# l_min, l_max and r0 in l0. Eq. 3's default l_min, l0 / 2, triples the elements around the front; the
-# examples use 0.75 to 0.8.
+# l_min, l_max and r0 over l0. The default of l_min, l0 / 2, would triple the number of elements around the
+# front; the examples use 0.75 to 0.8.
 L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0
-ACROSS = 4.0  # smallest number of elements across a grain; fewer do not resolve curved boundaries
-RADIUS = 0.25  # crack radius over the shortest edge of the body's bounding box; leaves as much ahead
-GROWTH = 0.25  # growth of the radius in an increment, over the radius
+ACROSS = 4.0  # smallest number of elements across the median grain; fewer do not resolve curved boundaries
+RADIUS = 0.25  # crack radius over the shortest edge of the body's bounding box, which leaves room to grow
+GROWTH = 0.25  # increase of the radius in an increment, over the radius
 _ABOUT = {"background": "  # meaning of label 0: grain, void, or unindexed (filled from neighbours)"}
 OFF_CENTRE = 0.2  # voxels, shift of the crack off planes between voxels, where flat boundaries lie
 
@@ -42,8 +42,9 @@ class FirstCampaign:
     """Values of a first configuration, in model units, and facts about the microstructure.
 
     imported: keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, normal, radius,
-    growth; mouth: where the crack meets the surface; loads_faces: whether material touches both faces that
-    the tension loads; materials: for inp.material; grains: their number; across: median grain diameter.
+    growth; mouth: where the crack meets the surface; loads_faces: whether material touches both box faces
+    that the tension loads; materials: for inp.material; grains: number of grains; across: median grain
+    diameter.
     """
 
     imported: Mapping[str, Any]
@@ -57,7 +58,10 @@ class FirstCampaign:
 
 
 def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign:
-    """Return the first campaign for cleaned voxels; imported: the import keys with which they were read."""
+    """Return a first campaign for cleaned voxels: target lengths, a crack in a face, and materials.
+
+    imported: the import keys with which the voxels were read.
+    """
     edge = voxel_edge(voxels)
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
     (window,) = ndimage.find_objects((voxels.labels != 0).astype(np.int8))
@@ -84,7 +88,10 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
 
 
 def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
-    """Return a material for each phase: a crystal if all orientations are known, else isotropic."""
+    """Return a material for each phase of the grains: a crystal if all orientations are known.
+
+    Otherwise the materials are isotropic placeholders.
+    """
     grains = np.unique(voxels.labels[voxels.labels > 0])
     known = voxels.orientations is not None and np.isfinite(voxels.orientations[grains]).all()
     phases = np.unique(voxels.phases[grains]) if voxels.phases is not None else np.zeros(1, int)
@@ -104,7 +111,8 @@ def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
 def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -> str:
     """Return the first campaign's configuration as commented YAML for `snakemake --configfile`.
 
-    name: of the microstructure, for the heading; sheet: path of the case table; data: folder of the volume.
+    name: the microstructure's name, for the heading; sheet: path of the case table; data: folder of the
+    volume.
     """
     numbers = {key: _number(value) for key, value in ({**first.sizing, "across": first.across}).items()}
     imported = "".join(

@@ -18,7 +18,8 @@ from craftmesh.io.yaml_file import read_yaml
 PACKAGE = Path(__file__).parents[1]
 NO_CONFIG = str(Path(__file__).with_name("no-config.yaml"))
 DEFAULT = Path("config", "config.yaml")
-# Configuration keys that set where and how a campaign runs; any other key names a campaign.
+# Configuration keys that only set where and how a campaign runs; with any other key a configuration
+# describes a whole campaign.
 RUN_KEYS = frozenset({"results", "data", "chunks", "warm", "exports", "node"})
 _ERROR = "craftmesh: error: "
 NOTE = "craftmesh: note: "
@@ -38,9 +39,9 @@ def snakefile() -> Path:
 def or_default(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return `config` if it describes a whole campaign, else the default campaign updated with `config`.
 
-    It does if it has a key besides results, data, chunks, warm, exports and node; no value is then added
-    from the default. The default is config/config.yaml in the folder in which Snakemake runs. If that file
-    is missing, the default is the installed demo with its case table.
+    A configuration describes a whole campaign if it has a key other than results, data, chunks, warm,
+    exports and node; it is then returned unchanged. The default is config/config.yaml in the folder in
+    which Snakemake runs. If that file is missing, the default is the installed demo with its case table.
     """
     if not RUN_KEYS.issuperset(config):
         return dict(config)
@@ -95,7 +96,8 @@ def snakemake_command(*start: str) -> list[str]:
 def planned_jobs(flags: Sequence[str]) -> list[Job]:
     """Return the jobs that `snakemake FLAGS` would run in this folder, sorted by rule, case, increment.
 
-    Jobs that make no file are left out. Raises CraftmeshError, with Snakemake's message, if it fails.
+    flags: words of Snakemake's command line. Jobs that make no file are left out. Raises CraftmeshError,
+    with Snakemake's message, if the dry run fails.
     """
     # quiet, because printing the jobs takes as long as finding them
     command = [*snakemake_command("-c", _MAIN), "--dry-run", "--quiet", *flags]
@@ -106,7 +108,10 @@ def planned_jobs(flags: Sequence[str]) -> list[Job]:
 
 
 def refusal(said: str) -> str:
-    """Return the reason of a failure from Snakemake's output `said`: its error, else the last 3 lines."""
+    """Return the reason of a failure from Snakemake's output `said`.
+
+    It is the first error of craftmesh in it, else the note on a locked folder, else the last 3 lines.
+    """
     lines = [line for line in said.splitlines() if line.strip()]
     told = [line.removeprefix(_ERROR) for line in lines if line.startswith(_ERROR)]
     if any("cannot be locked" in line for line in lines):

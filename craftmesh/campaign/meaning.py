@@ -29,15 +29,16 @@ from craftmesh.solve.options import SolveOptions
 from craftmesh.tetrahedra.meshers import TETWILD, check_mesher
 from craftmesh.voxels.options import GenerateOptions
 
-# Front edges per crack size, below which a note is printed. K errs twice as much with 5 (docs/fracture.md).
+# Number of front edges per crack size below which a note is printed. With 5 edges K errs twice as much
+# (docs/fracture.md).
 EDGES = 10
 
 
 def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
     """Raise CraftmeshError, naming the key, for faults of a case that do not depend on its volume.
 
-    config: the campaign's configuration. The message also begins with the case's place, unless the faulty
-    section is the same in `config`.
+    config: the campaign's configuration. The message begins with the case's place (file, line, name),
+    unless the faulty section is the same in `config`, so that all cases share the fault.
     """
     own = case.settings
     parts = [(section, own[section], config[section], check) for section, check in _CHECKS.items()]
@@ -85,17 +86,20 @@ def _check_sizing(keys: Mapping[str, Any], case: Case) -> None:
 
 
 def sizing_of(case: Case) -> SizingOptions:
-    """Return a case's checked edge lengths; l0 is the voxel edge if the configuration has a spacing."""
+    """Return a case's checked edge lengths; l0, if not set, is the voxel edge by the configured spacing.
+
+    l0 stays None if there is no spacing in the configuration.
+    """
     section = "generate" if case.microstructure == SYNTHETIC else "import"
     spacing = case.settings[section]["spacing"]
     return checked_sizing(case.settings["sizing"], float(np.cbrt(prod(spacing))) if spacing else None)
 
 
 def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> SizingOptions:
-    """Return the options of Eq. 3 in `keys`, with l0 the voxel's `edge` if it is not set.
+    """Return the sizing options in `keys`; l0, if not set, is the voxel's `edge`.
 
-    Raises CraftmeshError if the lengths contradict each other. If l0 is still unknown, because only the
-    microstructure gives it, nothing is checked.
+    Raises CraftmeshError if lengths or radii contradict each other. If l0 is still unknown, because only
+    the microstructure gives it, this is not checked.
     """
     options = SizingOptions(**keys)
     if options.l0 is None:
@@ -121,7 +125,7 @@ def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
         parse_templates(read_template(options.user_material), f"user_material: {options.user_material}")
     try:
         materials = parse_materials(options.material)
-        if case.microstructure == SYNTHETIC:  # whose only phase is 1
+        if case.microstructure == SYNTHETIC:  # its grains all have phase 1
             phases_of_grains(np.array([1]), materials, np.array([0, 1]))
     except CraftmeshError as error:
         raise CraftmeshError(f"material: {str(error).removeprefix('material: ')}") from None
@@ -155,7 +159,10 @@ _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
 
 
 def _check_crack(keys: Mapping[str, Any], case: Case) -> None:
-    """Raise CraftmeshError if a crack lacks a key, an increment or its file, or if it shrinks."""
+    """Raise CraftmeshError if a crack lacks a key, an increment or a file, or if it shrinks.
+
+    Only increments that the case prescribes are checked: the first one if the crack grows, else all.
+    """
     options, prescribed = CrackOptions(**keys), 1 if case.grows else case.increments
     series = options.increments
     if series and len(series) < prescribed:
@@ -213,7 +220,10 @@ def _check_increments(case: Case) -> None:
 
 
 def small_cracks(cases: Collection[Case]) -> Iterator[str]:
-    """Yield a note, with case names, for each prescribed crack smaller than EDGES edges of its front."""
+    """Yield a note, with case names, for each crack whose initial size is under EDGES edges of its front.
+
+    Cases whose l_min and l0 are unknown before the import, and cracks from files, are not checked.
+    """
     found: dict[tuple[str, float, float], list[str]] = {}
     for case in cases:
         options = sizing_of(case)

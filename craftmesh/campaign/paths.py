@@ -28,7 +28,7 @@ def written_path(key: str, text: str) -> str:
     """Return `text`, the path of a folder to write, with `~`, `$NAME` and `${NAME}` expanded.
 
     Raises CraftmeshError, beginning with `key`, for a variable that is not set, a path that Snakemake or
-    the case table cannot contain, and a path that is or lies under a file.
+    the case table cannot contain, and a path that is a file or below a file.
     """
     path = _for_commands(key, _expanded(key, text))
     above = next(part for part in (Path(path), *Path(path).absolute().parents) if os.path.lexists(part))
@@ -38,19 +38,21 @@ def written_path(key: str, text: str) -> str:
 
 
 def read_path(key: str, text: str, folder: Path = Path()) -> str:
-    """Return `text`, the path of a file to read, relative to `folder`; expanded as in `written_path`.
+    """Return the path of a file to read, `text` relative to `folder`, with `~` and variables expanded.
 
-    If a file with the unexpanded name exists, `~` and `$` are part of the name.
+    If a file with the unexpanded name exists, `~` and `$` are part of the name. Whether the file exists is
+    not checked. Raises CraftmeshError, beginning with `key`, for a variable that is not set and for letters
+    that Snakemake or the case table cannot contain.
     """
     is_there = os.path.lexists(folder / text)
     return _for_commands(key, str(folder / (text if is_there else _expanded(key, text))))
 
 
 def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
-    """Raise CraftmeshError for a target below results written as `~/x`, which Snakemake does not expand.
+    """Raise CraftmeshError for a target in the results folder that is written with `~` or variables.
 
-    words: the words of the command line; given: the key `results` as the configuration has it; results: its
-    expanded path.
+    Snakemake does not expand these. words: the words of the command line; given: the key `results` as the
+    configuration has it; results: its expanded path.
     """
     word = next((word for word in words if word.startswith(f"{given}/")), None)
     if word and given != results:
@@ -65,7 +67,10 @@ def files_of(section: str, keys: Mapping[str, Any]) -> dict[str, str]:
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `settings` with the file paths of sections and cracks expanded by `read_path`."""
+    """Return `settings` with the file paths of sections and cracks expanded, as by `read_path`.
+
+    Raises CraftmeshError that names the key.
+    """
     sections = {
         name: settings[name] | _read(files_of(name, settings[name]), name) for name in SECTION_FILES
     }
@@ -106,9 +111,10 @@ def _expanded(key: str, text: str) -> str:
 
 
 def _for_commands(key: str, path: str) -> str:
-    """Return `path` for rules and commands, absolute if it begins with `-`.
+    """Return `path` for rules and commands, absolute if it begins with `-`, so that it is no option.
 
-    Raises CraftmeshError for braces, <name>, URLs, line breaks and other letters that commands cannot take.
+    Raises CraftmeshError for braces, <name>, URLs, line breaks and other characters that commands cannot
+    take.
     """
     found = _FILLED_IN.search(path)
     if found:

@@ -17,7 +17,10 @@ from craftmesh.mechanics.user_materials import parse_templates
 
 
 def phase_notes(cases: Iterable[Case]) -> Iterator[str]:
-    """Yield a note, with case names, for each material of a phase without grains and the reverse."""
+    """Yield a note, with case names, for each material of a phase that no grain has, and the reverse.
+
+    The reverse is a phase of grains without a material.
+    """
     found: dict[str, list[str]] = {}
     for case in cases:
         for fault in _faults(case):

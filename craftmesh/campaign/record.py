@@ -11,7 +11,11 @@ PLACES = ("cases", "results", "data", "chunks", "warm", "exports", "sweep", "nod
 
 
 def campaign_record(campaign: Campaign) -> str:
-    """Return a campaign's configuration and cases as JSON, each case with the sections that it changes."""
+    """Return a campaign's configuration and cases as JSON text, for the report.
+
+    The keys are campaign (path of the case table), config (without PLACES) and cases; a case has the
+    sections in which its settings differ from config.
+    """
     config = {key: value for key, value in campaign.config.items() if key not in PLACES}
     cases = _cases(campaign)
     for name, case in cases.items():
@@ -22,7 +26,10 @@ def campaign_record(campaign: Campaign) -> str:
 
 
 def solved_for_report(campaign: Campaign) -> set[str]:
-    """Return the names of all cases in sweeps if `report.quantity` needs solutions, else an empty set."""
+    """Return the names of all cases in sweeps if `report.quantity` needs solutions, else an empty set.
+
+    A sweep is a set of cases that differ in one value, which the report plots.
+    """
     if campaign.config["report"]["quantity"] not in SOLVED:
         return set()
     asked = _cases(campaign)

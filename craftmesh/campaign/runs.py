@@ -1,7 +1,7 @@
 """Runs of Snakemake in a folder, and removal of the lock that a killed run left.
 
-Snakemake's locks do not name their process. So each run writes a file that names its process, and removes
-it at its end. If a run is killed, its lock and this file stay.
+Snakemake's lock of a folder does not name its process. So each run writes a file that names its process,
+and removes it at its end. If a run is killed, its lock and this file stay.
 """
 
 import atexit
@@ -19,7 +19,8 @@ _BOOT = Path("/proc/sys/kernel/random/boot_id")
 class Run(NamedTuple):
     """A process on a machine.
 
-    host: machine name; boot: id of the machine's boot; pid: process id; start: start time in clock ticks.
+    host: machine name; boot: id of the machine's boot; pid: process id; start: start time of the process in
+    clock ticks since the boot, because ids of processes are used again.
     """
 
     host: str
@@ -51,9 +52,9 @@ def run_of(pid: int) -> Run | None:
 
 
 def enter() -> str:
-    """Write this process's file in the folder; return a note on locks of other runs, empty without locks.
+    """Write this process's file in the working folder; return a note on locks of other runs, "" without.
 
-    Files of dead runs are removed. If all other runs are dead, their lock is removed too.
+    Files of dead runs are removed. If there were other runs and all are dead, their lock is removed too.
     """
     others = {path: Run(*json.loads(path.read_text())) for path in RUNS.glob("*.json")}
     own = RUNS / f"{os.uname().nodename}-{os.getpid()}.json"

@@ -15,7 +15,7 @@ from craftmesh.errors import CraftmeshError, listed, named
 from craftmesh.io.text_table import read_rows
 from craftmesh.io.yaml_file import parse_yaml
 
-# Keys that no case may set alone: the deck's files must be known before the cases, and all cases share one
+# Keys that no single case may set: the deck's files must be known before the cases, and all cases share one
 # cluster and one report.
 WHOLE_CAMPAIGN = {"inp.includes", "node.cpus", "node.mem_mb", "report.quantity", "report.tolerance"}
 LONGEST_VALUE = 24  # letters of a value in a case's name; a longer value is replaced by its number
@@ -26,7 +26,7 @@ OPTIONAL = ("growth",)  # further columns that a case table may have
 def case_keys(schema: Mapping[str, Any], config: Mapping[str, Any]) -> dict[str, dict]:
     """Return the schema of each key that a case may set, by `section.key` or `cracks.NAME.key`.
 
-    schema: the configuration's; config: a valid configuration, from which the names of cracks come.
+    schema: the configuration's schema; config: a valid configuration, which has the names of cracks.
     """
     found: dict[str, dict] = {}
     for section, inner in schema["properties"].items():
@@ -51,7 +51,8 @@ def check_key(key: str, known: Mapping[str, Any], place: str) -> None:
 def cell_value(text: str, schema: Mapping[str, Any], place: str) -> Any:
     """Return the value of a cell, whose `text` is read as YAML, like a value in the configuration.
 
-    schema: of the cell's key. If the key takes text, numbers, dates, yes and no stay as written.
+    schema: the schema of the cell's key. If the key takes text, numbers, dates, yes and no stay as written.
+    place: begins the message of a CraftmeshError for text that is not YAML.
     """
     import yaml
 
@@ -63,13 +64,13 @@ def cell_value(text: str, schema: Mapping[str, Any], place: str) -> Any:
         return _as_written(parse_yaml(text, place), words, schema)
     except CraftmeshError:
         several = words if isinstance(words, list) and "array" not in kinds_of(schema) else [words]
-        if all(is_valid(filled(word, schema), schema) for word in several):  # 0012 is text or the number 12
+        if all(is_valid(filled(word, schema), schema) for word in several):  # as text 0012 may be valid
             return words
         raise
 
 
 def _as_written(value: Any, words: Any, schema: Mapping[str, Any]) -> Any:
-    """Return `value`, or, if only it fits the schema, `words`: the same cell with all scalars as text."""
+    """Return `value`, or `words`, the same cell with all scalars as text, if only this fits the schema."""
     if value is None or is_valid(filled(value, schema), schema):
         return value
     if isinstance(value, list) and not is_valid(words, schema):
@@ -79,14 +80,21 @@ def _as_written(value: Any, words: Any, schema: Mapping[str, Any]) -> Any:
 
 @dataclass(frozen=True)
 class Choice:
-    """The values of one key in a row; swept: the row becomes a case for each value, named after it."""
+    """The values of one key in a row.
+
+    swept: True if each value makes a case of its own, which has the value in its name.
+    """
 
     values: Sequence[Any]
     swept: bool = False
 
 
 def choice(value: Any, schema: Mapping[str, Any], place: str) -> Choice:
-    """Return the values of a key in one cell: the items of a list, unless the list is itself a value."""
+    """Return the values of a key in one cell: the items of a list, or the one value of any other cell.
+
+    If the key takes lists, a list is one value, except a list of lists that its schema rejects. Raises
+    CraftmeshError, beginning with `place`, for an empty list of values.
+    """
     value = filled(value, schema)
     takes_lists = "array" in kinds_of(schema)
     if not isinstance(value, list) or (takes_lists and is_valid(value, schema)):
@@ -101,8 +109,9 @@ def choice(value: Any, schema: Mapping[str, Any], place: str) -> Choice:
 def variants(name: str, cells: Mapping[str, Choice]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the name of each case made from one row, and its value of every key.
 
-    name: the row's; cells: by column or key. A row without swept keys is one case with the row's name.
-    Otherwise all combinations of values are cases; their names end in the swept keys and values.
+    name: the row's case name; cells: values by column or key. A row without swept keys is one case with the
+    row's name. Otherwise all combinations of values are cases; their names end in the swept keys and
+    values.
     """
     swept = [key for key, cell in cells.items() if cell.swept]
     last = [key.rpartition(".")[2] for key in swept]
@@ -128,7 +137,7 @@ def _text(value: Any) -> str:
 
 
 def laid_over(config: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of `config` updated with `changes`, whose keys are keys of `case_keys`."""
+    """Return a copy of `config` updated with `changes`, by `section.key` or `cracks.NAME.key`."""
     made = {**config, "cracks": dict(config["cracks"])}
     for path, value in changes.items():
         inner, _, key = path.rpartition(".")
@@ -140,9 +149,9 @@ def laid_over(config: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
 
 @dataclass(frozen=True)
 class Rules:
-    """What checks a row: `row` and `schema`, the schemas of a row and of the configuration, and `config`.
+    """The schemas and the configuration by which the rows of a case table are checked.
 
-    config: the checked configuration of the campaign.
+    row: schema of a row; schema: schema of the configuration; config: the campaign's checked configuration.
     """
 
     row: dict
@@ -160,7 +169,8 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
 
     A column `section.key` sets this key for each case. Where its cell is empty, or missing at the end of a
     line, the configuration's value is used. A list of values, in a cell or in the configuration's `sweep`,
-    makes one case per value. Raises CraftmeshError that names the file and, if known, the line and case.
+    makes one case per value. Raises CraftmeshError, which names the file and, if known, the line and case,
+    for a missing file, wrong columns, invalid values, and invalid or duplicate case names.
     """
     if not path.exists():
         raise CraftmeshError(f"cases: {path} does not exist; give a table with columns {listed(COLUMNS)}")
@@ -206,7 +216,7 @@ def _sweep(rules: Rules) -> dict[str, Choice]:
 def _columns(heads: Sequence[str], known: Mapping[str, Any]) -> list[str]:
     """Return the column names that `heads` mean: capitals and spaces around dots do not matter.
 
-    Capitals matter only between known names that differ in nothing else; unknown heads are unchanged.
+    Capitals matter only if two known names differ in nothing else. Unknown heads are returned unchanged.
     """
     meant = [*COLUMNS, *OPTIONAL, *known]
     by_small: dict[str, list[str]] = {}
@@ -251,7 +261,11 @@ def _cases(
 
 
 def _settings(changes: Mapping[str, Any], rules: Rules, place: str) -> dict[str, Any]:
-    """Return the configuration updated with a case's changes; for speed, only the changes are validated."""
+    """Return the configuration updated with a case's changes.
+
+    For speed, only the changes are validated. Raises CraftmeshError, beginning with `place`, for invalid
+    values.
+    """
     made = laid_over(rules.config, changes)
     if not all(is_valid(value, rules.keys[key]) for key, value in changes.items()):
         with named(place):

@@ -27,16 +27,16 @@ from craftmesh.report.case_files import (
 )
 from craftmesh.sizing.stored import sizing_of
 
-# Stages whose content volume.vtu also has; their files may be missing once it exists.
+# Stages whose content volume.vtu also has; their files may be missing once volume.vtu exists.
 SPARE_STAGES = ("surface", "gradated", "tets")
 SPARE = tuple(STAGES[name].made for name in SPARE_STAGES)
 RULES = {"import": "import_microstructure"}  # names of the workflow's rules that differ from the stage's
-PRIOR = 2.0  # s of measured jobs that count as much as the plan's estimate
+PRIOR = 2.0  # seconds of measured jobs that have the same weight as the plan's estimate
 _PROGRESS = re.compile(r"\w+ +(\d+)% ")  # a line of `ProgressLine` in a log
 
 
 class Job(NamedTuple):
-    """A stage of an increment, or of the whole case if `increment` is empty; name: of its log file."""
+    """A stage of an increment, or of the whole case if `increment` is empty; name: a key of STAGES."""
 
     increment: str
     name: str
@@ -51,10 +51,11 @@ class Standing:
     """Status of a case.
 
     at_most: whether the crack grows and may end before its last increment. job: the job that runs or is
-    next, None if all is made; runs: whether it has begun. share: fraction of the work that is done, and
-    left: seconds of the remaining jobs in sequence; both count all increments. left is None before the
-    first increment's lengths are known. ended: why the crack stopped before its last increment, else empty.
-    failures: errors at the ends of logs. doubted: increments with a front on which no K is reliable.
+    next, None if all is made; runs: whether it has begun. share: fraction of the work that is done; left:
+    expected seconds of the remaining jobs one after the other; both count all increments. left is None
+    before the first increment's target lengths are known. ended: why the crack stopped before its last
+    increment, else "". failures: errors at the ends of logs. doubted: increments with a front on which no K
+    is reliable.
     """
 
     case: str
@@ -87,9 +88,10 @@ class Standing:
 
 
 def standings(results: Path, campaign: str | None = None, since: float = 0.0) -> list[Standing]:
-    """Return the status of each case that has begun in the folder `results`, of one `campaign` if given.
+    """Return the status of each case that has begun in the folder `results`.
 
-    since: time in seconds since the epoch; older logs are ignored.
+    campaign: path of a case table, for only the cases of this campaign; since: time in seconds since the
+    epoch; older logs are ignored.
     """
     records = {path.parent.name: read_json(path) for path in sorted(results.glob(f"*/{RECORD}"))}
     paces = _paces(results, records)
@@ -103,13 +105,18 @@ def standings(results: Path, campaign: str | None = None, since: float = 0.0) ->
 def _standing(
     results: Path, case: str, record: Mapping[str, Any], since: float, paces: Mapping[str, float]
 ) -> Standing:
-    """Return the status of a case; record: its content of the file RECORD; others: as for `standings`."""
+    """Return the status of a case.
+
+    record: the content of its file RECORD; since: older logs are ignored; paces: measured over expected
+    seconds by stage, "" for other stages.
+    """
     folder = results / case
     ended = _end(folder, record)
     steps = list(_steps(results, case, record, ended[0] if ended else record["increments"], since))
     current = next(((job, begun) for job, share, begun in steps if share < 1), None)
     voxels = _sizes(folder, "")
-    works = [_expected(job.stage, voxels) for job, *_ in steps]  # by one measure, so that shares only grow
+    # Work by the sizes of the voxels only, which do not change, so that the fraction done only grows.
+    works = [_expected(job.stage, voxels) for job, *_ in steps]
     done = sum(work * share for work, (_, share, _) in zip(works, steps))
     sizes = {job.increment: _sizes(folder, job.increment) for job, *_ in steps}
     left = sum(
@@ -132,10 +139,10 @@ def _standing(
 
 
 def _paces(results: Path, cases: Iterable[str]) -> dict[str, float]:
-    """Return measured over expected seconds of finished jobs by stage, and under "" that of all stages.
+    """Return the ratio of measured to expected seconds of finished jobs by stage, "" for all stages.
 
-    A stage's longest job is left out if there are others, because it may have compiled kernels. The pace of
-    all stages is 1 until jobs of some PRIOR seconds are measured.
+    A stage's longest job is left out if there are others, because it may have compiled kernels. The ratio
+    of all stages includes PRIOR seconds of jobs with ratio 1, so it is near 1 while few jobs are measured.
     """
     took: dict[str, list[tuple[float, float]]] = {}
     for case in cases:
@@ -150,7 +157,10 @@ def _paces(results: Path, cases: Iterable[str]) -> dict[str, float]:
 
 
 def _sizes(folder: Path, increment: str) -> Sizes:
-    """Return the sizes of an increment, elements by the last mesh, surface or lengths up to it."""
+    """Return the sizes of an increment, or with "" those by the labels only.
+
+    The elements follow from the latest mesh, gradated surface or target lengths up to this increment.
+    """
     labels = folder / STAGES["microstructure"].made
     sizes = sizes_of(labels)
     for number in range(int(increment), -1, -1) if increment else ():
@@ -164,7 +174,10 @@ def _sizes(folder: Path, increment: str) -> Sizes:
 
 @cache
 def _elements(labels: Path, sizing: Path, _: float) -> float:
-    """Return the elements expected of the lengths in a sizing.npz; kept until the file's time changes."""
+    """Return the number of elements expected for the target lengths in a sizing.npz.
+
+    The result is kept in memory for this file and the modification time `_`.
+    """
     try:
         return expected_elements(read_labels(labels), sizing_of(read_sizing(sizing)))
     except CraftmeshError:  # the stage that reads the file reports the error
@@ -172,28 +185,26 @@ def _elements(labels: Path, sizing: Path, _: float) -> float:
 
 
 def _is_doubted(folder: Path, job: Job) -> bool:
-    """Return whether a job is `fracture` and found a front on which no K is reliable.
-
-    The job must be finished.
-    """
+    """Return True if a finished job is `fracture` and found a front on which no K is reliable."""
     path = folder / job.increment / STAGES["fracture"].made
     return job.name == "fracture" and bool(read_json(path).get("growth", {}).get("doubted"))
 
 
 def _expected(stage: str, sizes: Sizes) -> float:
-    """Return the estimated seconds of a stage's work on an increment, without compiling its kernels."""
+    """Return the expected CPU seconds of a stage's work on an increment, without compiling its kernels."""
     return effort(RULES.get(stage, stage), sizes, chunks=1).seconds
 
 
 def _steps(
     results: Path, case: str, record: Mapping[str, Any], increments: int, since: float
 ) -> Iterator[tuple[Job, float, bool]]:
-    """Yield each job, the fraction of it that is done, and whether it has begun.
+    """Yield each job, the fraction of it that is done, and whether it has a log, so that it has begun.
 
-    Jobs after an unfinished job count as not done, because their files are from an earlier run.
+    Jobs that need an unfinished job count as not done, because their files are from an earlier run. In a
+    case that grows these are all later jobs, else the later jobs of the increment.
     """
     grows = record["growth"] != PRESCRIBED
-    is_made = {"": True}  # by increment, if increments do not depend on each other
+    is_made = {"": True}  # by increment, or only by "" if increments depend on each other
     for job in jobs(record, increments):
         way = "" if grows else job.increment
         logs = results / "logs" / case / job.increment
@@ -234,7 +245,10 @@ def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
 
 
 def _is_done(log: Path, volume: Path) -> bool:
-    """Return True if a log is older than the mesh, or tells a finished job: copies have other times."""
+    """Return True if a log is not newer than the mesh, or if its last line is that of a finished job.
+
+    The line counts too, because copied files have other times.
+    """
     line = last_line(log)
     has_ended = line and not line.startswith(ERROR) and not _PROGRESS.match(line)
     return _time(log) <= _time(volume) or bool(has_ended)
@@ -245,7 +259,11 @@ def _time(path: Path) -> float:
 
 
 def _share_made(path: Path, log: Path | None) -> float:
-    """Return the fraction of a job that is done: 1 if its file `path` exists, else that in its log."""
+    """Return the fraction of a job that is done.
+
+    It is 1 if the job's file `path` exists, or if only volume.vtu needs this file and exists. Otherwise it
+    is the percentage in the last line of its log, or 0. Jobs of tetrahedra count the parts that are made.
+    """
     volume = path.with_name(STAGES["volume"].made)
     if path.name in SPARE and volume.is_file() and (log is None or _is_done(log, volume)):
         return 1.0
