@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     file, check_file = arguments.file, of_suffix(arguments.file, CHECKS)
     if arguments.quality and file.suffix != ".vtu":
-        raise CraftmeshError(f"--quality measures a mesh .vtu; {file} is not a .vtu")
+        raise CraftmeshError(f"--quality measures a mesh .vtu, but the file is {file}; remove --quality")
     breaches = check_file(file, arguments)
     for breach in breaches:
         print(breach)
@@ -53,7 +53,7 @@ def _mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
 
 
 def _volume_or_surface(file: Path, _: argparse.Namespace) -> list[str]:
-    """Return the breaches of labels, a surface or a crack; a sizing is only read."""
+    """Return the breaches of invariants of labels, a surface or a crack; a sizing is only read: []."""
     from craftmesh.io.stage_npz import is_sizing
     from craftmesh.io.vtk import read_body, read_polygons
     from craftmesh.mesh.check import check
@@ -69,7 +69,7 @@ def _volume_or_surface(file: Path, _: argparse.Namespace) -> list[str]:
 
 
 def _text(file: Path, _: argparse.Namespace) -> list[str]:
-    """Return the breaches of an input deck; islands and fronts are only read."""
+    """Return the breaches of an input deck; files of islands and fronts are only read: []."""
     from craftmesh.deck.check_deck import check_deck
     from craftmesh.io.front_csv import read_front
     from craftmesh.voxels.islands import islands_from_json

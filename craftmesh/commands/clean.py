@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def spare(results: Path) -> Iterator[Path]:
-    """Yield the files and folders in a folder of results that `clean` removes."""
+    """Yield the files and folders in a folder of results that `clean` removes: of finished cases only."""
     for one in standings(results):
         if one.job is None:
             case = results / one.case

@@ -23,16 +23,17 @@ from craftmesh.io.front_csv import write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.jit import is_kept
-from craftmesh.report.shaded import draw  # a kernel of the last stage that compiles
+from craftmesh.report.shaded import draw  # a kernel of the last subcommand in LINES that compiles one
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels import planar
 from craftmesh.types import Surface, Voxels
 
-CELLS = 6  # along the cube's edges
+CELLS = 6  # number of cells along the cube's edges
 ALL, GRADATE, VOLUME = "all", "gradate", "volume"
 SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
 MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,121400,75400"
-# Command lines from noisy voxels to a gradated surface, which gives poor tetrahedra to optimise.
+# Command lines from noisy voxels to a gradated surface, whose tetrahedra are poor enough to need
+# optimisation.
 VOXELS = (
     "generate --shape 14 14 14 --grains 3 --shuffled 0.3 -o generated.npz",
     "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
@@ -42,13 +43,14 @@ VOXELS = (
     "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
     "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
 )
-# Crack and sizing of the cube, a surface that is made without kernels and has few tetrahedra.
+# Command lines for crack and sizing of the cube, whose surface is made without kernels and has few
+# tetrahedra.
 CUBE = (
     "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
 )
 GRADATED = ("gradate gradated.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",)
-# Command lines from either surface to the growth of its crack.
+# Command lines from the gradated surface, of the voxels or of the cube, to the growth of its crack.
 SURFACE = (
     "tetrahedralize gradated.vtp --sizing sizing.npz --chunk 1/1 -o part.npz",
     "assemble gradated.vtp part.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv",
@@ -88,13 +90,16 @@ def run(arguments: argparse.Namespace) -> None:
             done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
             if done.returncode:
                 said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-                raise CraftmeshError(f"compile: craftmesh {verb} fails on the small model: {said[-1]}")
+                raise CraftmeshError(f"compile: craftmesh {verb} fails ({said[-1]}); report this")
 
 
 @contextmanager
 def compiling_ahead() -> Iterator[None]:
-    """Compile in other processes during this block, if nothing is compiled yet and there are two cores."""
-    # not niced: on a busy machine a stage would wait minutes for a kernel that such a process compiles
+    """Compile in two other processes during this block, if nothing is compiled and there are two cores.
+
+    The processes are ended at the end of the block; their errors are ignored.
+    """
+    # At normal priority: on a busy machine a stage would wait minutes for a kernel that these compile.
     words = [sys.executable, "-m", "craftmesh.cli", "compile"]
     alone = is_kept(draw) or len(os.sched_getaffinity(0)) == 1
     parts = () if alone else (GRADATE, VOLUME)
@@ -119,7 +124,7 @@ def saddle() -> np.ndarray:
 
 
 def compile_patch() -> None:
-    """Compile the kernels that insert points and edges inside a crack polygon; the models need none."""
+    """Compile the kernels that insert points and edges inside a crack polygon, which LINES never call."""
     square = np.array([[0, 0], [4, 0], [4, 4], [0, 4], [1, 0.8], [3, 2.2], [2, 1]])
     segments = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5]])
     patch = triangulate(square, segments, np.array([6]), lambda uv: np.ones(len(uv)))

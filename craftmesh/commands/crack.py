@@ -91,10 +91,11 @@ def run(arguments: argparse.Namespace) -> None:
 def crack_of_grains(
     options: CrackOptions, increment: int, path: Path, grid: Voxels | None, l_min: float
 ) -> tuple[Crack, Numbers]:
-    """Return a crack made from the surface of grains in a .vtp, and a report.
+    """Return a crack in grain boundaries or in a slip plane of a grain, and a report.
 
-    The report has the normal of a slip plane, in sample axes. grid: the voxels with the grains'
-    orientations, which shape slip_plane needs. Raises CraftmeshError.
+    path: surface .vtp of the grains; grid: the voxels with the grains' orientations, which shape slip_plane
+    needs. The report has the slip plane's normal in sample axes, else nothing. Raises CraftmeshError for
+    other files, an unknown orientation, and values that do not define a crack.
     """
     check_crack(options, increment)
     if path.suffix != ".vtp":
@@ -124,10 +125,11 @@ def given_surface(
     grid: Voxels | None = None,
     l_min: float | None = None,
 ) -> tuple[GivenSurface | None, Numbers]:
-    """Return the crack surface of an increment, None for a shape given by numbers, and a fit report.
+    """Return the crack surface of an increment, and a report on how well it fits the data.
 
-    box (2, 3): the model's box; grid: the model's voxels if known; l_min: scale of the allowed distance
-    between surface and measured points. Raises CraftmeshError that names the key or the file.
+    The surface is None for a shape that numbers define. box (2, 3): the model's box; grid: the model's
+    voxels if known; l_min: scale of the allowed distance between surface and measured points. Raises
+    CraftmeshError that names the key or the file.
     """
     check_crack(options, increment)
     if options.shape == "surface":
@@ -152,7 +154,10 @@ def given_surface(
 
 
 def _triangulated(options: CrackOptions, increment: int) -> GivenSurface:
-    """Return the triangles of a file, with fronts from options.front, else from the lines of a .vtp."""
+    """Return the triangles of a file, with fronts from options.front, else from the lines of a .vtp.
+
+    Fronts are empty if there is neither.
+    """
     with named("crack.file"):
         advice = f"expected a triangulated surface .vtp, {LISTED}"
         path = existing_file(given_file(options, increment), advice)

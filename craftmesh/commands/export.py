@@ -23,7 +23,7 @@ from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.second_order import as_elements
 
 SUFFIXES = [f".{kind}" for kind in EXPORTS]
-OF_THE_MESH = ("element", "quarter_points")
+OF_THE_MESH = ("element", "quarter_points")  # options of a deck that also concern other formats
 HEALED = (
     "note: both faces of a crack coincide, each with nodes of its own; programs that merge coincident "
     "nodes heal the crack: --opening 0.01 moves the faces apart"
@@ -80,7 +80,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def known_of_grains(grains: np.ndarray, labels: Path | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return quaternions (k, 4), NaN if unknown, and phases (k,), -1 if unknown, of grains (k,)."""
+    """Return quaternions (k, 4), NaN if unknown, and phases (k,), -1 if unknown, of grains (k,).
+
+    labels: path of the labels .npz; None: all are unknown.
+    """
     quaternions, phases = np.full((len(grains), 4), np.nan), np.full(len(grains), -1)
     if labels:
         voxels = read_labels(existing(labels))
@@ -94,7 +97,8 @@ def block_angles(grains: np.ndarray, known: np.ndarray, labels: Path) -> np.ndar
     """Return Bunge angles (n, 3) in degrees, row k - 1 for grain k; 0 for ids that the mesh does not have.
 
     MOOSE's PropertyReadFile reads these rows and takes the angles as the active rotation from crystal to
-    sample axes. known: quaternions (k, 4) of the grains (k,). Raises CraftmeshError if one is NaN.
+    sample axes. known: quaternions (k, 4) of the grains (k,), ids in ascending order; labels: their file,
+    for the error. Raises CraftmeshError if a quaternion is NaN.
     """
     lost = grains[~np.isfinite(known).all(axis=1)]
     if len(lost):

@@ -24,7 +24,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[str] = ()) -> None:
-    """Add one group of flags for each option class; `skip`: names of fields that get no flag."""
+    """Add one group of flags for each option class, a flag per field.
+
+    skip: names of fields that get no flag.
+    """
     for cls in classes:
         words = re.findall("[A-Z][a-z]+", cls.__name__.removesuffix("Options"))
         group = parser.add_argument_group(" ".join(words).lower() + " options")
@@ -34,7 +37,10 @@ def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[
 
 
 def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any:
-    """Return an instance of `cls` from the given flags; `values` override flags."""
+    """Return an instance of the option class `cls` from the parsed flags; `values` override flags.
+
+    Options whose flags are not given have their defaults. Raises CraftmeshError for invalid values.
+    """
     given = {
         field.name: getattr(arguments, field.name)
         for field in dataclasses.fields(cls)
@@ -45,7 +51,7 @@ def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any
 
 
 def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: Any) -> None:
-    """Add the flag of one field. If the user does not give the flag, the class default applies."""
+    """Add the flag of one field; a flag that is not given leaves no attribute in the parsed arguments."""
     flag = "--" + field.name.replace("_", "-")
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     keywords: dict[str, Any] = {"default": argparse.SUPPRESS, "required": required, "help": _help(field)}
@@ -59,7 +65,10 @@ def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: An
 
 
 def value_type(hint: Any) -> tuple[Callable, int | str | None]:
-    """Return the type of a field's values and the `nargs` of argparse: None, "+" or a number."""
+    """Return the type of a field's values, and the `nargs` of argparse: None, "+" or a number.
+
+    A field that may be a number, numbers or text has the type `word`.
+    """
     kind, *others = (part for part in alternatives(hint) if part is not types.NoneType)
     items = items_of(kind)
     if items is None:
@@ -68,7 +77,7 @@ def value_type(hint: Any) -> tuple[Callable, int | str | None]:
 
 
 def word(text: str) -> float | str | tuple:
-    """Read a number, numbers joined by commas as a tuple, or text."""
+    """Return a text as a number, as a tuple of numbers if they are joined by commas, else unchanged."""
     try:
         numbers = tuple(map(float, text.split(",")))
     except ValueError:

@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> None:
     solutions = {name: solutions[name] for name in dict.fromkeys([*growth.loads, *solutions])}
     crack = read_crack(existing(arguments.crack)) if arguments.crack else None
     if crack is not None and "CRACK_FRONT" not in model.mesh.node_sets:
-        solutions = {}  # the crack ends in faces of the body
+        solutions = {}  # the crack has no front in the material, so there is no K
     found, report = stress_intensities(model, solutions, options_from(arguments, FractureOptions))
     columns = {name: one.columns() for name, one in found.items()}
     if crack is not None:

@@ -28,7 +28,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _voids(options: GenerateOptions) -> np.ndarray:
-    """Return spheres (v, 4), centre and radius, from the file `options.voids_from`; none without a file."""
+    """Return spheres (v, 4), centre and radius, from the file `options.voids_from`; (0, 4) without a file.
+
+    Raises CraftmeshError for a file of points without radii, and if no sphere touches the box.
+    """
     if options.voids_from is None:
         return np.zeros((0, 4))
     path = existing(Path(options.voids_from))
@@ -41,9 +44,9 @@ def _voids(options: GenerateOptions) -> np.ndarray:
 
 
 def _summary(asked: int, labels: np.ndarray) -> str:
-    """Return a line with the counts of grains and voids and the material's fraction of the box.
+    """Return a line with the counts of grains and voids, and the fraction of the box that grains fill.
 
-    asked: number of void spheres in the options and the file.
+    asked: number of void spheres in the options and the file; labels (nx, ny, nz).
     """
     present = np.unique(labels)
     text = f"{(present > 0).sum()} grains, {(labels > 0).mean():.3f} of the box"

@@ -1,4 +1,4 @@
-"""Fit the edges of a stitched surface to the sizing function: Eq. 2-3, around the crack front."""
+"""Fit the edges of a stitched surface to the sizing function: target lengths around the crack front."""
 
 import argparse
 from pathlib import Path

@@ -29,10 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="labels .npz, volume .vti or surface .vtp that gives the box",
     )
     add_output(parser, "grown crack surface .vtp")
-    add_file(parser, "--base", "write the crack to which the new strip was joined, a .vtp")
-    add_file(parser, "--step", "write the strip's direction and length at each node, a .csv")
+    add_file(parser, "--base", "write the crack to which the new surface was joined, a .vtp")
+    add_file(parser, "--step", "write direction and length of the new surface at each node, a .csv")
     add_file(parser, "--last-base", "the --base file of the previous increment")
-    add_file(parser, "--last-step", "its --step file: this strip is made again, corrected")
+    add_file(parser, "--last-step", "its --step file: that new surface is made again, corrected")
     add_report(parser)
     add_options(parser, SmoothingOptions, CorrectionOptions)
 
@@ -59,7 +59,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _last_step(arguments: argparse.Namespace) -> Step | None:
-    """Return the previous step from the files of --last-base and --last-step; None if neither is given."""
+    """Return the previous increment's step from the files of --last-base and --last-step.
+
+    Returns None if neither is given; raises CraftmeshError if only one is.
+    """
     base, step = arguments.last_base, arguments.last_step
     if (base is None) != (step is None):
         raise CraftmeshError(

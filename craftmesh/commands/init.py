@@ -88,8 +88,9 @@ def run(arguments: argparse.Namespace) -> None:
 def _read(source: Path, options: ReadOptions) -> RawVolume:
     """Return the volume of a file, with unindexed voxels around the sample taken as empty space.
 
-    If they were filled, the outer grains would grow. Raises CraftmeshError if other unindexed voxels form
-    connected components as large as the median grain, or components that span the box.
+    If they were filled from neighbours, the outer grains would grow. Raises CraftmeshError if unindexed
+    voxels that do not surround the sample form connected components as large as the median grain, or
+    components that span the box. With the option background, the volume is returned as it is read.
     """
     raw = read_voxels(source, options)
     labels = raw.voxels.labels
@@ -116,14 +117,18 @@ def _read(source: Path, options: ReadOptions) -> RawVolume:
 
 
 def _cleaned(raw: RawVolume, progress: Callable[[float, str], None]) -> tuple[CleanOptions, Voxels, dict]:
-    """Return the cleaning options that a volume needs, the cleaned voxels and the report."""
+    """Return the cleaning options that a volume needs, the voxels cleaned with them, and the report.
+
+    Unindexed voxels are filled. Specks are absorbed if boundaries are rough or voxels were filled, and
+    rough boundaries are smoothed, both only if this would not remove grains.
+    """
     options = CleanOptions(fill_unindexed=bool(raw.unindexed.any()), allow_single_grain=True)
     voxels, report = clean(raw, options, progress)
     size = speck_size(voxels.labels)
     fine = dispersed(find_pieces(voxels.labels), size)
     fine = fine[fine > 0].tolist()
     is_rough = report["roughness"] > ROUGH
-    if not fine and (is_rough or options.fill_unindexed):  # else small grains are real
+    if not fine and (is_rough or options.fill_unindexed):  # otherwise small grains are real, not noise
         options = replace(options, min_island_voxels=size)
     if not fine and is_rough:
         options = replace(options, smoothing_rounds=ROUNDS)

@@ -47,7 +47,10 @@ def run(arguments: argparse.Namespace) -> None:
 def _with_layers(
     model: ElasticModel, options: DeckOptions, known: Mapping[str, Any]
 ) -> tuple[ElasticModel, CohesiveLayers]:
-    """Return the model opened along grain boundaries, with the loads of the closed body, and its layers."""
+    """Return the model opened along grain boundaries, and its cohesive layers.
+
+    The loads are those of the body before it is opened. known: as from `known_of_files`.
+    """
     pairs = grain_pairs(model.mesh)
     laws = laws_of_pairs(options.cohesive, pairs, model, known.get("phases"), known.get("crystals"))
     opened, elements = boundary_layers(model.mesh, laws)

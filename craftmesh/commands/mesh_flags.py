@@ -26,7 +26,7 @@ from craftmesh.voxels.islands import Island, islands_from_json
 
 
 def add_crack(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add --crack; what: a clause that says for what the stage uses the crack."""
+    """Add the flag --crack; what: end of its help, a clause on the use of the crack."""
     add_file(parser, "--crack", f"crack .vtp {what}; default the --front if that is a .vtp")
 
 
@@ -41,13 +41,13 @@ def add_front(parser: argparse.ArgumentParser) -> None:
 
 
 def add_filling(parser: argparse.ArgumentParser) -> None:
-    """Add --islands and --workers, which `given_islands` and `checked_workers` read."""
+    """Add the flags --islands and --workers, which `given_islands` and `checked_workers` read."""
     add_file(parser, "--islands", "voids and embedded grains .json")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
 
 
 def given_islands(arguments: argparse.Namespace) -> Sequence[Island]:
-    """Return the islands in the file of --islands; none without it."""
+    """Return the islands (voids and embedded grains) in the file of --islands; () without the flag."""
     file = arguments.islands
     return islands_from_json(read_json(file), str(file)) if file else ()
 
@@ -78,7 +78,7 @@ def check_sizing(arguments: argparse.Namespace) -> None:
 
 
 def given_sizing(arguments: argparse.Namespace, surface: Surface) -> Sizing | None:
-    """Return the sizing function, or None if the flags give no --sizing, no front and no sizing option."""
+    """Return the sizing function of the flags; None without --sizing, --front and sizing options."""
     is_given = arguments.sizing or arguments.front is not None
     if is_given or options_from(arguments, SizingOptions) != SizingOptions():
         return sizing_from(arguments, surface, arguments.front)
@@ -86,7 +86,10 @@ def given_sizing(arguments: argparse.Namespace, surface: Surface) -> Sizing | No
 
 
 def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:
-    """Return the sizing function of --sizing, else the function that the flags and `front` define."""
+    """Return the sizing function of --sizing, else the function that the flags and `front` define.
+
+    front: file of the front, None for no front. Prints warnings on sources outside the box.
+    """
     if arguments.sizing:
         return stored_sizing(arguments.sizing)
     sizing, notes = sizing_by(options_from(arguments, SizingOptions), surface, front)
@@ -98,7 +101,8 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> t
     """Return the sizing function around the front in a file and the sources in `options`, and notes.
 
     Sources are the voids of the surface, points or voids in a csv, and a field of lengths; the smallest
-    length counts. Raises CraftmeshError for files with another place or unit than the surface.
+    length counts. The notes are on sources that lie partly outside. Raises CraftmeshError for files that
+    cannot be read, or whose data are elsewhere than the surface or in another unit.
     """
     lengths, box = None, surface.box
     if options.field:
@@ -126,8 +130,9 @@ def notes_on_sources(
 ) -> list[str]:
     """Return a sentence on each file whose points (n, 3) lie partly outside the box (2, 3).
 
-    points: the files' points. given: points and pores that options name; the largest pore radius widens
-    the tolerance. Raises CraftmeshError as `notes_on_place`.
+    points: by file; given: points and pores that options name. Points farther outside than r1 of the sizing
+    plus the largest pore radius have no effect. Raises CraftmeshError if all points of a file are so far
+    outside, or if they seem to be in another unit.
     """
     reach = sizing.r1 + given.spheres[:, 3].max(initial=0.0)
     placed = [(str(path), own) for path, own in points.items() if len(own)]
@@ -135,9 +140,9 @@ def notes_on_sources(
 
 
 def coverage_notes(source: str, lengths: LengthField, points: np.ndarray) -> list[str]:
-    """Return a sentence if a field of lengths misses some of a surface's points (n, 3), else no sentence.
+    """Return a list of one sentence if a field of lengths misses some of the points (n, 3), else [].
 
-    Raises CraftmeshError for a field that covers none of the points.
+    source: the field's file, for the sentence. Raises CraftmeshError for a field that covers no point.
     """
     is_covered, far = covered(points, lengths.points, LINKED)
     if is_covered.all():
@@ -149,7 +154,11 @@ def coverage_notes(source: str, lengths: LengthField, points: np.ndarray) -> lis
 
 
 def given_defects(options: SizingOptions, box: np.ndarray) -> Defects:
-    """Return points and voids of the file `options.points` in the box (2, 3); none without a file."""
+    """Return points and voids of the file `options.points` in model units; none without a file.
+
+    box (2, 3): the model's box, to which a list of voids is relative. Raises CraftmeshError for a file that
+    cannot be read, and if none of its voids touches the box.
+    """
     if not options.points:
         return Defects()
     path = existing(Path(options.points))
@@ -158,12 +167,16 @@ def given_defects(options: SizingOptions, box: np.ndarray) -> Defects:
 
 
 def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
-    """Return a file's spheres (s, 4) in model units; raise CraftmeshError if none touches the box."""
+    """Return a file's spheres (s, 4), x, y, z, r in model units.
+
+    path: the file, for the error; given: its content; box (2, 3): the model's box. Raises CraftmeshError if
+    there are spheres but none touches the box.
+    """
     spheres = given.in_box(box)
     if len(spheres) and not touches_box(spheres, box).any():
         span = span_of(spheres[:, :3])
         raise CraftmeshError(
-            f"{path}: none of its {len(spheres)} pores lies in the model's box: "
+            f"{path}: none of its {len(spheres)} pores or voids touches the model's box: "
             f"{spans_told(('they go', 'the box'), span, box)}{coordinates_hint(span, box)}; "
             + (
                 "x, y, z, r of a void list are fractions of the box"
@@ -175,7 +188,7 @@ def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
 
 
 def stored_sizing(path: Path) -> Sizing:
-    """Return the sizing function in a file of `craftmesh size`; CraftmeshError names the file."""
+    """Return the sizing function in a file of `craftmesh size`; raises CraftmeshError for other files."""
     arrays = read_sizing(path)
     with named(path):
         return sizing_of(arrays)

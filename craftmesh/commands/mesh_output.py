@@ -23,16 +23,19 @@ def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
 
 
 def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict) -> None:
-    """Write the mesh of a volume, its report and, with --front-csv, the ordered fronts.
+    """Assemble a volume's mesh; write it, its report and, with --front-csv, the ordered fronts.
 
-    report: counts that the report begins with.
+    report: counts with which the report begins.
     """
     mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
     write_mesh(arguments, mesh, report | assembled | {"meshing": volume.record})
 
 
 def write_mesh(arguments: argparse.Namespace, mesh: TetMesh, report: dict) -> None:
-    """Write a mesh, its report and, where --front-csv names a file, the ordered fronts."""
+    """Write a mesh, its report and, if --front-csv names a file, the ordered fronts.
+
+    Prints warnings on flat tetrahedra and severed bodies.
+    """
     warn(flat_sentence(flat_tets(mesh)), severed_sentence(mesh))
     if arguments.front_csv is not None:
         from craftmesh.mesh.front_frames import front_frames

@@ -26,10 +26,11 @@ def add_microstructure(parser: argparse.ArgumentParser) -> None:
 
 
 def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the keyword arguments of `elastic_model` that the given files define.
+    """Return the keyword arguments of `elastic_model` that the given files define, by name.
 
     --microstructure defines `orientations`, `phases` and `crystals`; --lip-field defines `lip_field`;
-    --eigenstrain-file defines `grain_strains`; --residual-stress defines `residual_stress`.
+    --eigenstrain-file defines `grain_strains`; --residual-stress defines `residual_stress`. Without a file
+    its arguments are left out.
     """
     found: dict[str, Any] = {}
     if field := getattr(arguments, "lip_field", ""):
@@ -52,7 +53,7 @@ def as_in_deck(
     """Return the model, with element axes if options ask for them, and its user materials or None.
 
     known: the result of `known_of_files`. Raises CraftmeshError if element axes are asked for without
-    --microstructure, or with a user material whose constants hold the axes.
+    --microstructure, or with a user material whose constants contain the axes.
     """
     materials, name = None, options.user_material
     if name:
@@ -65,8 +66,8 @@ def as_in_deck(
     for user in materials.by_phase.values() if materials else ():
         if not user.has_sections_axes:
             raise CraftmeshError(
-                f"orientations: element, but the constants of {name} hold the axes, one "
-                "material per grain; use a template whose sections have them, as single_crystal"
+                f"orientations: element, but the constants of {name} contain the axes, one "
+                "material per grain; use a template whose sections have axes, such as single_crystal"
             )
     axes = element_axes(model.mesh, read_labels(arguments.microstructure))
     return replace(model, element_axes=axes), materials

@@ -39,7 +39,7 @@ from craftmesh.voxels.options import CleanOptions
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 from craftmesh.voxels.remapping import as_raw
 
-UNCOUNTED = ("points", "field", "curvature", "around_voids")  # keys of sizing that add elements
+UNCOUNTED = ("points", "field", "curvature", "around_voids")  # keys of sizing that add elements, uncounted
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -85,10 +85,10 @@ def run(arguments: argparse.Namespace) -> int:
 def sizes_of(
     campaign: Campaign, cases: Collection[Case], faults: list[str] | None = None
 ) -> dict[str, dict[str, Sizes]]:
-    """Return, by case and increment, voxels, facets and elements, up to the case table's last increment.
+    """Return, by case and increment, the expected sizes: numbers of voxels, facets and elements.
 
-    Cases that agree in all settings on which sizes depend are computed once. faults: gets a sentence for
-    each case whose crack the stages will reject.
+    All increments of the case table count. Cases that agree in all settings on which sizes depend are
+    computed once. faults: a sentence is appended for each case whose crack the stages will reject.
     """
     sizes: dict[str, dict[str, Sizes]] = {}
     known: dict[str, dict[str, Sizes]] = {}
@@ -127,8 +127,8 @@ def sizes_of(
 def _filled(microstructure: str, made: str, imported: str) -> Voxels:
     """Return the volume of a microstructure, cleaned only if it has unindexed voxels.
 
-    made, imported: the sections `generate` or `import`, and `import`, as JSON. Only the filling of
-    unindexed voxels changes the amount of material; other cleaning does not.
+    made: the section `generate` as JSON, used if the microstructure is synthetic; imported: the section
+    `import` as JSON. Other cleaning is omitted, because only filling changes the amount of material.
     """
     keys = json.loads(imported)
     if microstructure == SYNTHETIC:
@@ -145,8 +145,9 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
     """Return estimates of an increment's cracks by name, before anything is solved.
 
     A growing crack of a shape by numbers is enlarged by one step per increment. A growing crack from files
-    stays the first one. A crack in grains counts as a penny of its radius. Raises
-    CraftmeshError that names the crack if it is outside the box or if its file cannot be read.
+    keeps its initial size. A crack in grains (along boundaries or on a slip plane) counts as a penny of its
+    radius, and is left out if it has no radius or centre. Prints warnings. Raises CraftmeshError that names
+    the crack if it is outside the box or if its file cannot be read.
     """
     cracks = {}
     for name in case.cracks:
@@ -187,7 +188,10 @@ def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
 
 
 def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
-    """Warn about refinement points outside the body; raise CraftmeshError if all points are outside."""
+    """Print a warning if some refinement points of a case are outside the box.
+
+    Raises CraftmeshError if all points are too far outside to have an effect.
+    """
     options = SizingOptions(points=case.settings["sizing"]["points"])
     given = given_defects(options, voxels.box)
     points = {Path(options.points): given.centres} if options.points else {}
@@ -195,7 +199,10 @@ def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
 
 
 def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack]) -> Sizing:
-    """Return the sizing of a case around the fronts of its cracks, without keys `field`, `curvature`."""
+    """Return the sizing of a case around the fronts of its cracks.
+
+    The keys `field` and `curvature` are ignored. cracks: of the increment, by name.
+    """
     options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
     if options.l0 is None:
         options = replace(options, l0=voxel_edge(voxels))
@@ -253,10 +260,11 @@ def sentences(report: dict[str, Any], cores: int) -> Iterator[str]:
 
 
 def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: int) -> float:
-    """Return the wall-clock seconds of the jobs on `cores` cores: total time per core, or the longest case.
+    """Return the expected wall-clock seconds of the jobs on `cores` cores.
 
-    Chunks of an increment's tetrahedra run in parallel; increments of a case whose crack grows or whose
-    meshes are renewed run one by one.
+    It is the larger of the total time per core and the time of the longest case. Chunks of an increment's
+    tetrahedra run in parallel; increments of a case whose crack grows or whose meshes are renewed run one
+    by one, those of other cases in parallel.
     """
     shared = sum(one.seconds for _, one in efforts) / cores
     chains = [0.0]
@@ -273,7 +281,7 @@ def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: i
 
 
 def notes(campaign: Campaign) -> Iterator[str]:
-    """Yield sentences on costs that the figures omit."""
+    """Yield sentences on what the estimates leave out, and the campaign's notes and units."""
     yield "times are without the compilation of kernels, some two and a half minutes once per machine"
     yield from campaign.notes
     units = [f"{name} {unit}" for name, unit in campaign.config["units"].items() if unit]

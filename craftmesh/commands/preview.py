@@ -17,7 +17,7 @@ from craftmesh.io.vtk import read_crack, read_surface
 from craftmesh.report.preview import Preview, front_lines, grain_measures, met_grains, preview_picture
 from craftmesh.types import BOX_PLANES, Surface
 
-OBLIQUE = 10.0  # degrees: smaller angles between crack and boundary leave little room for good tetrahedra
+OBLIQUE = 10.0  # degrees: smaller angles between crack and boundary leave little room for tetrahedra
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def preview_of(arguments: argparse.Namespace, surface: Surface) -> Preview:
-    """Return a preview of the crack in a surface, from an insertion whose surface is not written."""
+    """Return a preview of the crack in a surface, from an insertion whose surface is not written.
+
+    If the insertion raises CraftmeshError, the preview has its reason in `refused`.
+    """
     crack = read_crack(existing(arguments.crack))
     found = traces(crack, surface)
     inserted, refused = None, ""

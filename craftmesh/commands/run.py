@@ -25,8 +25,8 @@ from craftmesh.errors import INTERRUPTED, CraftmeshError, existing
 from craftmesh.processes.guard import guarded, release
 from craftmesh.progress import LiveLines
 
-LOOK = 1.0  # seconds between two looks at the results, at least
-REST = 20  # a pause lasts at least this many times the last look, which is long with many cases
+LOOK = 1.0  # smallest number of seconds between two readings of the cases' status
+REST = 20  # smallest ratio of a pause to the duration of the last reading, which is long with many cases
 _PLACE = re.compile("craftmesh: the cases of (.*), results in (.*)")
 
 
@@ -58,7 +58,7 @@ def add_cores(parser: argparse._ActionsContainer) -> None:
 def run(arguments: argparse.Namespace) -> int:
     profile = arguments.profile and _profile(arguments.profile)
     words = []
-    if arguments.config:  # comes before a flag with one value, because targets may follow
+    if arguments.config:  # before --cores, because --configfile takes all words up to the next flag
         read_config(existing(arguments.config))
         words += ["--configfile", str(arguments.config)]
     words += ["--profile", profile] if profile else ["--cores", arguments.cores]
@@ -67,9 +67,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _profile(given: str) -> str:
-    """Return the given profile folder or, if it does not exist, the installed workflow's folder.
+    """Return the given profile folder or, if it does not exist, that folder of the installed workflow.
 
     Raises CraftmeshError for a Slurm profile if there is no sbatch, because Snakemake would wait forever.
+    Whether either folder exists is not checked.
     """
     installed = snakefile().parent / given
     folder = Path(given) if Path(given).exists() or not installed.is_dir() else installed
@@ -82,9 +83,10 @@ def _profile(given: str) -> str:
 
 
 def run_snakemake(words: Sequence[str]) -> int:
-    """Run `snakemake WORDS` with the installed workflow, print the cases' status; return the exit status.
+    """Run `snakemake WORDS` with the installed workflow, and return its exit status.
 
-    Raises CraftmeshError if Snakemake fails although no case failed.
+    While it runs, a line per case shows the status; at the end, notes and the reasons of failures are
+    printed. Raises CraftmeshError if Snakemake fails although no case failed, and after an interrupt.
     """
     command = [*snakemake_command("-m", "snakemake"), *words]
     begun, place = time.time(), None
@@ -93,7 +95,7 @@ def run_snakemake(words: Sequence[str]) -> int:
         while child.poll() is None:
             looked = time.monotonic()
             place = place or _PLACE.search(_text(said))
-            cases = _cases(place, begun) or cases  # none while the report is written
+            cases = _cases(place, begun) or cases  # _cases finds none while the report is written
             shown = [str(one) for one in cases if one.failures or one.runs]
             lines.show([*shown, _made(cases) if cases else "planning"])
             time.sleep(max(LOOK, REST * (time.monotonic() - looked)))
@@ -114,7 +116,10 @@ def run_snakemake(words: Sequence[str]) -> int:
 
 @contextmanager
 def _child(command: Sequence[str], said: IO[str]) -> Iterator[subprocess.Popen]:
-    """Yield a process that prints to the file `said`; the process ends when this block ends."""
+    """Yield the process of a command, which prints to the file `said` and ends when this block ends.
+
+    Raises CraftmeshError after Ctrl-C. Changes how this process handles SIGTERM and SIGHUP: it exits.
+    """
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP
             signal.signal(number, lambda *_: sys.exit(INTERRUPTED))
@@ -132,9 +137,10 @@ def _text(said: IO[str]) -> str:
 
 
 def _cases(place: re.Match | None, begun: float) -> list[Standing]:
-    """Return the status of the campaign's cases; an empty list before Snakemake prints their place.
+    """Return the status of the campaign's cases that have begun; [] before Snakemake prints their place.
 
-    place: match of `_PLACE` in Snakemake's output. begun: start of the run, seconds since the epoch.
+    place: match of `_PLACE`, with case table and results folder, in Snakemake's output; begun: start of the
+    run in seconds since the epoch.
     """
     return standings(Path(place[2]), place[1], begun) if place else []
 

@@ -44,8 +44,9 @@ def run_deck(
 ) -> Path:
     """Write the deck into `folder`, run the solver there, and return the path of its results file.
 
-    deck, materials: given for a load history; the deck then also prints face forces. Raises CraftmeshError
-    for a deck that CalculiX would reject, and for a program that fails or writes no results.
+    deck, materials: options and user materials of a load history; the deck then also prints displacements
+    and forces of faces. Raises CraftmeshError for a deck that CalculiX would reject, for a CalculiX without
+    a direct solver, and for a program that fails or writes no results.
     """
     warning = deck_warning(model) if options.solver == CALCULIX else ""
     if warning:
@@ -77,9 +78,10 @@ def solved_history(
 ) -> tuple[Solution, np.ndarray, np.ndarray | None, dict]:
     """Return the solution at the end of a deck's load history, nodal stress, slip and a report.
 
-    CalculiX runs in `folder`. Stress (n, 6): 11, 22, 33, 12, 13, 23. Slip (n, s) of the slip systems: None
-    if the materials do not define it. Nodal values are CalculiX' means over elements. Raises
-    CraftmeshError if the program fails or stops early, or the results cannot be read.
+    CalculiX runs in `folder`. Stress (n, 6): 11, 22, 33, 12, 13, 23. Slip (n, s) of the slip systems, None
+    if the materials do not define it. Nodal values are CalculiX' means over elements. If the deck has
+    densities of work and 10-node elements, the report has J on rings and the opening of each front. Raises
+    CraftmeshError if the program fails, or if results are missing or cannot be read.
     """
     results = run_deck(model, options, folder, deck, materials)
     users = list(materials.by_phase.values()) if materials else []
@@ -106,9 +108,10 @@ def solved_history(
 
 
 def _history(model: ElasticModel, deck: DeckOptions, path: Path) -> dict[str, np.ndarray]:
-    """Return columns by name, one row per output time, in the model's unit; row 0 is the unloaded body.
+    """Return the load history as columns by name, one row per output time, in the model's unit.
 
-    path: CalculiX' .dat file.
+    The columns are the time, and nominal strain and stress of each face that is moved or pulled. Row 0 is
+    the unloaded body. path: CalculiX' .dat file.
     """
     loads = model.loads(step.load for step in deck.history)
     prints = read_face_prints(path)

@@ -87,8 +87,9 @@ def _field_of(
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """Return node numbers (k,), displacements (k, 3) in the model's unit, and the path of their file.
 
-    A program runs in `folder` / `case`; solver external reads the file `given`. Raises CraftmeshError as
-    `run_deck`, for results that cannot be read, and if the external file does not exist.
+    A program runs in `folder` / `case`; solver external reads the file `given`, with the load case in its
+    name. Raises CraftmeshError if the program fails, for results that cannot be read, and if the external
+    file does not exist.
     """
     read = read_displacements if options.solver == CALCULIX else read_displacement_table
     if options.solver != EXTERNAL:
@@ -108,10 +109,11 @@ def _field_of(
 def _write_slip(
     path: Path, mesh: TetMesh, slip: np.ndarray | None, materials: UserMaterials | None
 ) -> None:
-    """Write a table for `read_slip_table`: nodes and the slip on each plane, summed over its systems.
+    """Write a table of nodes and the slip on each plane, summed over the slip systems of the plane.
 
-    slip (n, s): slip of the systems at the nodes. Nodes that grains share are left out: their slip is a
-    mean over these grains. Raises CraftmeshError if no material defines slip planes.
+    `read_slip_table` reads it. slip (n, s): slip of s systems at the nodes. Nodes that grains share are
+    left out, because their slip is a mean over these grains. Raises CraftmeshError if no material assigns
+    planes to s systems.
     """
     of = [one.slip_planes for one in materials.by_phase.values()] if materials else []
     planes = next((names for names in of if slip is not None and len(names) == slip.shape[1]), ())

@@ -9,7 +9,7 @@ from typing import Any
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import write_json
 
-SHORT = 12
+SHORT = 12  # largest number of entries of a table or list that is printed
 SENTENCES = ("changes", "notes")  # lists of a report of which every entry is printed
 
 
@@ -60,7 +60,7 @@ def warn(*messages: str | None) -> None:
 
 
 def _lines(report: dict, prefix: str = "") -> Iterator[str]:
-    """Yield a line per entry of a report and per note; for a long table or list only its count."""
+    """Yield a line per entry of a report and per note; for a table or list over SHORT only its length."""
     for key, value in report.items():
         name = f"{prefix}{key}".replace("_", " ")
         if key in SENTENCES:
@@ -76,9 +76,9 @@ def _lines(report: dict, prefix: str = "") -> Iterator[str]:
 
 
 def of_suffix(path: Path, table: Mapping[str, Any]) -> Any:
-    """Return the table's value for a path's suffix; raise CraftmeshError for an unknown suffix.
+    """Return the value in `table`, by suffix, for a path's suffix.
 
-    table: by suffix.
+    Raises CraftmeshError for an unknown suffix, and for a path that does not exist.
     """
     if existing(path).suffix not in table:
         raise CraftmeshError(

@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
         shown = write_faults(arguments.output, surface, error.report.get("repair"), error.failures)
         raise CraftmeshError("; see ".join(filter(None, [str(error), shown]))) from None
     shown = write_faults(arguments.output, surface, volume.record["repair"], volume.failures)
-    warn(*volume.warnings, f"facets at fault are shown by {shown}" if shown else None)
+    warn(*volume.warnings, f"faulty facets are in {shown}" if shown else None)
     if arguments.chunk is None:
         write_assembled(arguments, volume, report)
         return
@@ -70,9 +70,10 @@ def run(arguments: argparse.Namespace) -> None:
 def write_faults(
     output: Path, surface: Surface, repair: dict | None, failures: Sequence[GrainFailure]
 ) -> str:
-    """Write repaired facets and the surfaces of failed grains; return the files' names, comma-separated.
+    """Write repaired facets and the surfaces of failed grains; return the files' paths, comma-separated.
 
-    The files are written next to `output`. surface: the surface before the repair.
+    The files are written next to `output`; without faults there are none, and the text is "". surface: the
+    surface before the repair; repair: the report of the repair, None without one.
     """
     paths = []
     if repair:

@@ -45,7 +45,11 @@ def module_name(verb: str) -> str:
 
 
 def summary(verb: str) -> str:
-    """Return a subcommand's summary: its module's docstring up to a colon or semicolon, without import."""
+    """Return a subcommand's summary: the first line of its module's docstring, up to a colon or semicolon.
+
+    The module is not imported, which would be slow. The first letter becomes small, a last point is
+    removed.
+    """
     import ast
     import re
 

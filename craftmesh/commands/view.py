@@ -37,7 +37,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def view_arrays(file: Path) -> bytes:
-    """Return a picture of labels or of a sizing; raise CraftmeshError for files without their mesh."""
+    """Return a picture of labels or of a sizing, as the bytes of a .png.
+
+    Raises CraftmeshError for files that refer to a mesh in another file, and for a sizing without sources.
+    """
     from craftmesh.io.npz import load
     from craftmesh.io.stage_npz import is_sizing
     from craftmesh.report.views import lengths_picture
@@ -48,7 +51,7 @@ def view_arrays(file: Path) -> bytes:
         sizing = stored_sizing(file)
         if not len(sizing.sources):
             raise CraftmeshError(
-                f"{file}: has no sources, all lengths are {sizing.l_max:g}: nothing to show"
+                f"{file}: has no sources, so all lengths are {sizing.l_max:g}; give a sizing with a front"
             )
         reach = np.full(3, sizing.r1)
         box = np.stack([sizing.sources.min(axis=0) - reach, sizing.sources.max(axis=0) + reach])
@@ -66,7 +69,8 @@ def view_labels(file: Path, options: ReadOptions = ReadOptions()) -> bytes:  # n
     try:
         voxels = read_voxels(file, options).voxels
     except CraftmeshError:
-        # label 0 stays blank if its meaning is unknown
+        # If the meaning of label 0 is unknown, reading fails; with fills it succeeds, and label 0 stays
+        # blank.
         voxels = read_voxels(file, options, fills=True).voxels
     return picture(voxels)
 
@@ -89,7 +93,7 @@ def view_mesh(file: Path) -> bytes:
         from craftmesh.report.pictures import as_png, deformed_body
 
         points, tets = grid.points, grid.elements(file)[:, :4]
-        # a solution has a point per grain at a shared node: the first of them represents all
+        # A solution has several points at a node that grains share; the first represents all of them.
         _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
         free = free_half_faces(first[inverse.ravel()][tets])
         moved = grid.at_points["displacement"]
