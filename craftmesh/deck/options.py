@@ -96,5 +96,5 @@ class DeckOptions(ModelOptions):
                 f"give only steps CASE/ramp:1, such as {RESIDUAL}/ramp:1 and then {names[0]}/ramp:1"
             )
         cases = [case for step in steps for case in sums.get(step.load, {step.load: 1.0})]
-        check_supports("steps", dict.fromkeys(cases), parse_faces(self.faces))
+        check_supports("steps: the history has", dict.fromkeys(cases), parse_faces(self.faces))
         return steps

@@ -83,10 +83,9 @@ def read_labels(path: str | os.PathLike) -> Voxels:
 def read_crystals(path: str | os.PathLike) -> dict[int, Crystal]:
     """Return the crystals by phase in an .npz of `write_labels`, without reading its labels.
 
-    Raises CraftmeshError for malformed crystals; damage of the file itself is not checked.
+    Raises CraftmeshError for malformed crystals and as `load`.
     """
-    with np.load(path) as arrays:
-        return _crystals(path, arrays)
+    return _crystals(path, load(path, ["crystals"]))
 
 
 def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:

@@ -120,7 +120,7 @@ def _fields(words: list[str]) -> dict[str, list[str]]:
             name = word
             fields[name] = []
         else:
-            fields[name].append(word)
+            fields.setdefault(name, []).append(word)
     return fields
 
 

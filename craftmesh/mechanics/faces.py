@@ -133,7 +133,7 @@ def combinations_of(
                 "then letters, digits and _, and each name once"
             )
     for one in found:
-        check_supports(one.name, one.factors, rows)
+        check_supports(f"combine: {one.name} adds", one.factors, rows)
     return tuple(found or [Combination(case, {case: 1.0}) for case in cases])
 
 
@@ -151,11 +151,11 @@ def _combination(text: str, cases: Sequence[str]) -> Combination:
     return Combination(name.strip(), factors)
 
 
-def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:
+def check_supports(what: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:
     """Raise CraftmeshError if the cases of a sum or a load history hold or move different faces.
 
     Their sum would have the supports of none of them. The residual stress takes the supports of the other
-    cases. name: the sum's name, for the error.
+    cases. what: key and verb before the names of the cases in the error.
     """
     held = {
         case: {f"{row.plane}.{'xyz'[row.axis]}" for row in rows_of(rows, case) if row.kind != STRESS}
@@ -166,6 +166,6 @@ def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> 
     for case in others:
         if apart := held[first] ^ held[case]:
             raise CraftmeshError(
-                f"combine: {name} adds {first} and {case}, but only one of these holds or moves "
+                f"{what} {first} and {case}, but only one of these holds or moves "
                 f"{', '.join(sorted(apart))}; fix it in the other too, or give it a stress in both"
             )

@@ -154,7 +154,7 @@ class ModelOptions(Options):
         found = combinations_of(rows, self.cases, self.combine)
         if not self.residual_stress:
             return found
-        check_supports(RESIDUAL, self.cases, rows)
+        check_supports(f"{RESIDUAL}: it acts with", self.cases, rows)
         alone = Combination(RESIDUAL, {RESIDUAL: 1.0})
         loaded = [one for one in found if one.name != RESIDUAL]
         return (*(one._replace(factors={RESIDUAL: 1.0, **one.factors}) for one in loaded), alone)

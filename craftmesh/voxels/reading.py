@@ -139,9 +139,8 @@ def read_marked(
         content = _read_file(path, ReadOptions(axes="xyz" if path.suffix.lower() == ".npy" else ""))
     marked = content.labels != 0 if label is None else content.labels == label
     if not marked.any():
-        raise CraftmeshError(
-            f"{path}: no voxel has a label {'other than 0' if label is None else label}; set label to the crack's"
-        )
+        missing = "other than 0" if label is None else label
+        raise CraftmeshError(f"{path}: no voxel has a label {missing}; set label to the crack's")
     known = ReadOptions()
     if grid is None:
         return marked, _spacing(path, content, known), _origin(path, content, known), []
