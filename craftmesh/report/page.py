@@ -52,7 +52,7 @@ CAPTIONS = {
 
 K_CAPTION = (
     "Stress intensity factors and kink angle along the front. Lines: reliable nodes, in a band of the "
-    "error of K; open marks: flagged nodes, as far as the axes reach; dashed: second front."
+    "error of K; open marks: flagged nodes, as far as the axes reach{}."
 )
 
 
@@ -157,8 +157,15 @@ def _charts(case: Case) -> list[Chart]:
     last, units = case.increments[-1], _units(case)
     solved = {inc.name: inc.front for inc in case.increments if inc.front is not None}
     qualities = {inc.name: inc.quality for inc in case.increments}
-    charts = [(K_CAPTION, along_front(solved, units.get("K", "")), solved)] if solved else []
-    text = "Against the crack size: mean and range at reliable nodes; load cycles with their error."
+    several = any(columns["front"].max() > 1 for columns in solved.values())
+    caption = K_CAPTION.format("; dashed: second front" * several)
+    charts = [(caption, along_front(solved, units.get("K", "")), solved)] if solved else []
+    counted = any("cycles" in columns for columns in solved.values())
+    text = (
+        "Against the crack size: mean and range at reliable nodes"
+        + "; load cycles with their error" * counted
+    )
+    text += "."
     charts.append((text, against_crack(case.increments, units), {}))
     if last.history:
         text = f"Increment {last.name}: stress and strain of the loaded faces during the load history."
@@ -233,17 +240,23 @@ def _sweeps(cases: Mapping[str, Case], options: ReportOptions) -> list[dict[str,
 
 
 def _number(value: float | None, digits: int = 3) -> str:
-    """Return a number as text: whole numbers exactly, others to `digits` digits, None as a dash."""
+    """Return a number as text: integers exactly, others to `digits` digits, None as a dash."""
     if value is None:
         return "–"
-    if isinstance(value, int) or abs(value) >= 10**digits:
-        rounded = value if isinstance(value, int) else float(f"{value:.{digits}g}")
+    rounded = value if isinstance(value, int) else float(f"{value:.{digits}g}")
+    if isinstance(value, int) or abs(rounded) >= 10 ** (digits - 1):
         return f"{rounded:,.0f}".replace(",", "\u202f")
-    return f"{value:.{digits}g}"
+    return f"{value:g}" if float(value).is_integer() else f"{value:#.{digits}g}"
 
 
 def _span(values: tuple[float, float] | None, digits: int = 3) -> str:
-    return "–" if values is None else f"{_number(values[0], digits)} … {_number(values[1], digits)}"
+    """Return "low … high", both with the decimals that `digits` digits of the larger size leave."""
+    if values is None:
+        return "–"
+    decimals = _number(max(values, key=abs), digits).partition(".")[2]
+    is_plain = decimals.isdecimal()  # no exponent
+    ends = [f"{value:.{len(decimals)}f}" if is_plain else _number(value, digits) for value in values]
+    return " … ".join(dict.fromkeys(ends))
 
 
 def _name(value: Any) -> Any:

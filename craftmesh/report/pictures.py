@@ -164,7 +164,7 @@ def deformed_body(
     figure, axes = body_axes()
     view = view_from(towards, moved, BELOW)
     draw_body(axes, moved, facets, shade.to_rgba(size[facets])[..., :3], view, False, length)
-    label = with_unit(f"displacement, drawn {factor:.2g} times as large", length)
+    label = with_unit(f"displacement, drawn {float(f'{factor:.2g}'):g} times as large", length)
     figure.colorbar(shade, ax=axes, shrink=0.8, label=label)
     return figure
 
