@@ -26,10 +26,12 @@ PAGES = {
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
     "SECURITY.md": "security.md",
+    "examples/tutorial/README.md": "tutorial_steps.md",
 }
 EXAMPLES = {
     f"examples/{path.parent.name}/README.md": f"example-{path.parent.name}.md"
     for path in sorted(ROOT.glob("examples/*/README.md"))
+    if path.parent.name != "tutorial"
 }
 PAGES |= EXAMPLES
 NOTEBOOKS = {
@@ -71,6 +73,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     made = {place: moved((ROOT / source).read_text(), source, place) for source, place in PAGES.items()}
     made |= stage_pages((ROOT / "docs/guide.md").read_text())
     made["parameters.md"] = parameters_page(config_schema())
+    made["tutorial_steps.md"] += step_sections(ROOT / "examples/tutorial", made["tutorial_steps.md"])
     made["speed.md"] = speed_page(ROOT / "docs/speed.csv")
     made |= {f"api/{room}.md": room_page(room) for room in ROOMS}
     notebooks, pictures = {}, {}
@@ -131,7 +134,17 @@ def stage_pages(guide: str) -> dict[str, str]:
         pages[place] = moved(text, "docs/guide.md", place)
         links.append(f"{number}. [{verb}](stages/{posixpath.basename(place)}): {title}")
     first = moved(guide[: heads[0].start()], "docs/guide.md", "guide.md")
-    return {"guide.md": first + "\n" + "\n".join(links) + "\n"} | pages
+    return {"guide.md": f"{first}\nThe stages in their order:\n\n" + "\n".join(links) + "\n"} | pages
+
+
+def step_sections(folder: Path, table: str) -> str:
+    """Return a section with text and code for each step of the tutorial, in the order of its `table`."""
+    sections = []
+    for name in re.findall(r"^\| (t\d+) \|", table, flags=re.M):
+        _, text, code = (folder / f"{name}.py").read_text().split('"""', 2)
+        head, _, prose = text.partition("\n\n")
+        sections.append(f"\n## {name}: {head[:-1]}\n\n{prose}\n```python\n{code.strip()}\n```\n")
+    return "".join(sections)
 
 
 def parameters_page(schema: dict) -> str:
@@ -139,7 +152,7 @@ def parameters_page(schema: dict) -> str:
     lines = [
         "# Every parameter",
         "",
-        "The keys of the configuration; `l_min` there is `--l-min` of the verb.",
+        "The keys of the configuration; `l_min` there is `--l-min` of a subcommand.",
         "",
     ]
     plain = {key: value for key, value in schema["properties"].items() if not _keys(value)}
@@ -157,8 +170,9 @@ def _keys(schema: dict) -> dict:
 def _table(properties: dict) -> list[str]:
     rows = ["| key | effect | default | values |", "|---|---|---|---|"]
     for key, schema in properties.items():
-        default = schema.get("default", "has to be given")
-        cells = [f"`{key}`", schema.get("description", ""), f"`{default}`", _allowed(schema)]
+        default = f"`{schema['default']}`" if schema.get("default") not in ("", None) else "none"
+        default = default if "default" in schema else "has to be given"
+        cells = [f"`{key}`", schema.get("description", ""), default, _allowed(schema)]
         rows.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
     return rows
 

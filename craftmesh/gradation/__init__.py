@@ -7,5 +7,5 @@ arrays (`state`). Rounds of collapse, split, swap and vertex moves follow (`pass
 edges or vertices. Guards check each operation before it is made (`kernels/guards`), except against facets
 that it cannot meet (`kernels/sheets`). Refusals are counted by reason (`kernels/codes`). Crack and front
 stay close to the given crack (`crack_reference`, `kernels/crack_guard`). `Limits` has the bounds of a pass,
-which `gradate` makes from the user's options and its constants. docs/architecture.md has a glossary.
+which `gradate` makes from the user's options and its constants. docs/glossary.md explains the terms.
 """
