@@ -20,6 +20,7 @@ from typing import IO
 from craftmesh.campaign.home import NOTE, read_config, refusal, snakefile, snakemake_command
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
+from craftmesh.commands.licence import licence_note
 from craftmesh.commands.stage_io import add_config
 from craftmesh.errors import INTERRUPTED, CraftmeshError, existing
 from craftmesh.processes.guard import guarded, release
@@ -88,6 +89,7 @@ def run_snakemake(words: Sequence[str]) -> int:
     While it runs, a line per case shows the status; at the end, notes and the reasons of failures are
     printed. Raises CraftmeshError if Snakemake fails although no case failed, and after an interrupt.
     """
+    licence_note()
     command = [*snakemake_command("-m", "snakemake"), *words]
     begun, place = time.time(), None
     cases: list[Standing] = []

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.licence import licence_note
 from craftmesh.commands.mesh_flags import (
     add_filling,
     check_sizing,
@@ -48,6 +49,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise CraftmeshError("--front-csv needs all grains, not a --chunk; give it to craftmesh assemble")
     options, islands = options_from(arguments, TetrahedralizeOptions), given_islands(arguments)
     sizing = given_sizing(arguments, surface)
+    licence_note()
     try:
         with ProgressLine("tetrahedralize") as progress:
             if arguments.chunk is None:

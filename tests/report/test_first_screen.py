@@ -11,7 +11,7 @@ from craftmesh.cli import main
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.report.case_files import Failure, read_cases
 from craftmesh.report.measures import life, materials, verdict, with_error
-from craftmesh.report.page import page
+from craftmesh.report.page import _number, _span, page
 from craftmesh.report.sweeps import ReportOptions
 from craftmesh.types import Crystal
 
@@ -80,6 +80,24 @@ def test_life_is_cycles_with_their_error_or_the_key_that_is_missing(case):
 )
 def test_no_digit_is_beyond_the_error(value, error, text):
     assert with_error(value, error) == text
+
+
+@pytest.mark.parametrize(
+    ("ends", "text"),
+    [
+        ((-8.88, 34.31), "-8.9 … 34.3"),
+        ((557.2, 627.4), "557 … 627"),
+        ((8.0, 8.0001), "8.00"),
+        ((2e-5, 3.14159e-5), "2.00e-05 … 3.14e-05"),
+        (None, "–"),
+    ],
+)
+def test_both_ends_of_a_range_have_the_digits_of_the_larger(ends, text):
+    assert _span(ends) == text
+
+
+def test_a_measured_number_keeps_its_last_zeros_and_a_whole_one_has_none():
+    assert [_number(value) for value in (98.04, 98.0, 999.7, 12)] == ["98.0", "98", "1\u202f000", "12"]
 
 
 def test_a_material_is_named_and_told_where_it_only_stands_in(case):

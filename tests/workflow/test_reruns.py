@@ -107,10 +107,10 @@ CHANGES = {
     "nothing": lambda folder: None,
     "`inp.magnitude` in the configuration": configuration("inp: {magnitude: 0.002}\n"),
     "`gradate.passes` in the configuration": configuration("gradate: {passes: 5}\n"),
-    "`inp.magnitude` of the case `notch` in the sheet": sheet(
+    "`inp.magnitude` of the case `notch` in the case table": sheet(
         CASES, CASES.replace("sizing.l_min", "inp.magnitude").replace("prescribed\t", "prescribed\t0.002")
     ),
-    "`sizing.l_min` of the case `notch` in the sheet": sheet("prescribed\t", "prescribed\t0.6"),
+    "`sizing.l_min` of the case `notch` in the case table": sheet("prescribed\t", "prescribed\t0.6"),
     "a fourth increment of `notch`": sheet("tiny\t3", "tiny\t4"),
     "a third increment of `grown`": sheet("tiny\t2", "tiny\t3"),
     "a new case of one increment": sheet("grow\t\n", "grow\t\nnew\tsynthetic\ttiny\t1\tprescribed\t\n"),
