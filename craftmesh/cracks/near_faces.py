@@ -69,8 +69,9 @@ def _refuse_part(part: AlongFace, l_min: float) -> None:
         wish = (
             f"at least 0.2 l_min ({NEAR * l_min:.3g}): move it inward by {lack:.3g} or give a shorter l_min"
         )
+    away = " to ".join(dict.fromkeys(f"{distance:.3g}" for distance in (part.least, part.most)))
     raise CraftmeshError(
-        f"the crack lies {part.least:.3g} to {part.most:.3g} from the box face {part.face}, at "
+        f"the crack lies {away} from the box face {part.face}, at "
         f"{part.tilt:.3g} degrees to it, over an area of {part.area:.3g}; expected {wish}"
     )
 

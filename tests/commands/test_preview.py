@@ -94,5 +94,5 @@ def test_what_would_be_refused_is_told_with_the_exit_status(tmp_path, capsys):
     crack = penny(centre=(4, 4, 7.99), normal=(0, 0, 1), radius=2.0)
     status, report, _ = preview(tmp_path, crack, "--l-min", "0.5")
     assert status == 1 and list(report["grains"]) == ["3", "7"]
-    assert report["refused"].startswith("the crack lies 0.01 to 0.01 from the box face ZMAX")
+    assert report["refused"].startswith("the crack lies 0.01 from the box face ZMAX")
     assert "refused: the crack lies 0.01" in capsys.readouterr().out

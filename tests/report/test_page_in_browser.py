@@ -48,12 +48,14 @@ setTimeout(() => {
   const faint = texts.filter((one) => contrast(one) < 4.5).map((one) => one.textContent.trim());
   const wide = [...document.querySelectorAll("body *")].filter((one) => !one.closest(".wide, svg, details")
     && one.getBoundingClientRect().right > width + 1).map((one) => one.tagName);
+  const failures = document.querySelector("#failures .wide");
   const tops = (row) => [...row.children].map((panel) => Math.round(panel.getBoundingClientRect().top));
   const rows = [...document.querySelectorAll(".panels")].map(tops);
   const panels = rows.map((row) => new Set(row).size / row.length);
   document.title = JSON.stringify({ faint, wide, panels, texts: texts.length, colours: colours.size,
     increments: document.querySelectorAll("option[value='0']").length,
     pictures: document.querySelectorAll("svg").length, webgl: Boolean(gl),
+    wrapped: failures.scrollWidth <= failures.clientWidth + 1,
     reached: buttons.every((button) => button.tabIndex === 0),
     text: document.body.innerText.includes("Case one"),
     ground: getComputedStyle(document.body).backgroundColor });
@@ -67,7 +69,12 @@ def path(tmp_path_factory):
     write_increment(folder / "one" / "000")
     write_front(folder / "one" / "000", [1.0, 2.0, 3.0])
     page = folder / "report.html"
-    assert main(["report", str(folder), "--campaign", asked(folder, ["one"]), "-o", str(page)]) == 0
+    log = folder / "logs" / "two" / "000" / "crack.log"
+    log.parent.mkdir(parents=True)
+    log.write_text(
+        "craftmesh: error: the crack lies along the box face YMIN; " + 9 * "move it inward " + "\n"
+    )
+    assert main(["report", str(folder), "--campaign", asked(folder, ["one", "two"]), "-o", str(page)]) == 0
     page.write_text(page.read_text().replace("<style>", LOOK + "<style>", 1))
     return page
 
@@ -97,7 +104,7 @@ def test_it_opens_without_faults_is_read_and_fits_the_window(path, width, dark):
     seen = look(path, width, dark)
     assert "fault" not in seen and seen["text"] and seen["reached"]
     assert (seen["ground"] != "rgb(255, 255, 255)") == dark
-    assert seen["wide"] == []
+    assert seen["wide"] == [] and seen["wrapped"]
     assert seen["texts"] > 50 and seen["faint"] == []
     assert (
         seen["pictures"] == 3 + 1 + 4 + 3
