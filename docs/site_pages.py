@@ -107,6 +107,9 @@ def moved(text: str, source: str, place: str) -> str:
         if (ROOT / path).is_dir():
             path = f"{path}/README.md"
         on_site = (PAGES | NOTEBOOKS).get(path, path.removeprefix("docs/"))
+        stage = re.match(r"#(\d+)-([a-z]+)-", after)
+        if path == "docs/guide.md" and stage:  # its sections are pages
+            on_site, after = f"stages/{int(stage[1]):02d}-{stage[2]}.md", ")"
         return before + posixpath.relpath(on_site, posixpath.dirname(place) or ".") + after
 
     return _deeper_lists(LINK.sub(link, text))
