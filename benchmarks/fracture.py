@@ -69,9 +69,9 @@ class Case:
     through the box along y; halved: errors are those against edges half as long; closed: the lips press
     on each other, without friction; pressed: the stress across the crack acts on its lips, and none far
     away; by_place: so does the one of exact_cracks.LIP_LOADS that the load names, from a table;
-    residual: from a table of residual stress; grown: edges grow as fast as they may from the front on;
-    hot: the middle of an inclusion, grain 2, whose eigenstrain is HEAT along all axes; nothing else
-    loads the body then.
+    residual: from a table of residual stress; field: a StressField, from which they come; grown: edges
+    grow as fast as they may from the front on; hot: the middle of an inclusion, grain 2, whose
+    eigenstrain is HEAT along all axes; nothing else loads the body then.
     """
 
     crack: dict
@@ -95,6 +95,7 @@ class Case:
     pressed: bool = False
     by_place: bool = False
     residual: bool = False
+    field: object = None
     grown: bool = False
     hot: tuple[float, float, float] | None = None
 
@@ -419,6 +420,8 @@ def on_lips(case: Case, mesh, load) -> tuple:
     from craftmesh.mechanics.lips import LipField, loaded_lips
     from craftmesh.mechanics.residual_stress import StressField, residual_lips
 
+    if case.field:
+        return residual_lips(mesh, case.field)
     if case.pressed:
         return loaded_lips(mesh, load[2, 2])
     if case.path and case.residual:

@@ -137,7 +137,7 @@ BY_OTHER_TESTS = {
     **dict.fromkeys(
         (
             f"python benchmarks/{name}.py"
-            for name in ("solve", "fracture", "random_cracks", "random_growth", "living")
+            for name in ("solve", "fracture", "inclusion", "random_cracks", "random_growth", "living")
         ),
         "workflow/test_shown_commands.py::test_benchmarks_run_on_their_smallest_case",
     ),
@@ -145,6 +145,7 @@ BY_OTHER_TESTS = {
 SMALLEST = (
     "solve.py --case tiny --runs 1",
     "fracture.py --case penny --edges 3 --json figures.json",
+    "inclusion.py --radius 5 --edge 2",
     "random_cracks.py 7 7 --keep folder",
     "random_cracks.py 0 0 --workers 2 --json rows.jsonl --resume --markdown random_cracks.md",
     "random_growth.py 8 8 --increments 1 --keep folder",
