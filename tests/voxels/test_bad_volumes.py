@@ -129,7 +129,7 @@ def metaimage(folder, **changed):
         ({"DimSize": "2 2"}, "DimSize is 2 2"),
         ({"DimSize": "2 2 a"}, "DimSize is '2 2 a'"),
         ({"DimSize": "2 2 3"}, "needs 12 bytes, but the file has 8"),
-        ({"ElementSpacing": "1 1"}, "ElementSpacing is '1 1'; expected 3"),
+        ({"ElementSpacing": "1 1"}, "ElementSpacing is '1 1'; write 3 numbers"),
         ({"ElementSpacing": "1 0 1"}, "expected finite numbers, and a spacing that is not 0"),
         ({"BinaryData": "False"}, "is damaged or incomplete"),
         ({"ElementType": "MET_OTHER"}, "MET_UCHAR"),
