@@ -155,7 +155,7 @@ def check_supports(what: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> 
     """Raise CraftmeshError if the cases of a sum or a load history hold or move different faces.
 
     Their sum would have the supports of none of them. The residual stress takes the supports of the other
-    cases. what: key and verb before the names of the cases in the error.
+    cases. what: the words before the names of the cases in the error.
     """
     held = {
         case: {f"{row.plane}.{'xyz'[row.axis]}" for row in rows_of(rows, case) if row.kind != STRESS}
