@@ -56,9 +56,9 @@ def run(argv: list[str]) -> int:
         near = importlib.import_module("difflib").get_close_matches(verb, VERBS, 1)
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(VERBS)}"
         raise CraftmeshError(f"unknown subcommand {verb!r}; {hint}")
+    module = load(verb)
     from craftmesh.commands.flags import Parser
 
-    module = load(verb)
     parser = Parser(prog=f"craftmesh {verb}", description=module.__doc__)
     module.add_arguments(parser)
     return module.run(parser.parse_args(rest)) or 0

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from craftmesh.campaign.cases import SYNTHETIC
 from craftmesh.io.file_volume import of_grains
@@ -64,7 +64,7 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
     """
     edge = voxel_edge(voxels)
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
-    (window,) = ndimage.find_objects((voxels.labels != 0).astype(np.int8))
+    (window,) = scipy.ndimage.find_objects((voxels.labels != 0).astype(np.int8))
     body = voxels.labels[window] != 0
     extent = body.shape * voxels.spacing
     l0 = min(edge, across / ACROSS)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from craftmesh.campaign.campaign import Campaign, read_campaign
 from craftmesh.campaign.cases import SYNTHETIC, Case
@@ -208,7 +208,7 @@ def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack])
         options = replace(options, l0=voxel_edge(voxels))
     given = given_defects(options, voxels.box)
     # with options.around_voids: centres of the enclosed voids' voxels next to grains
-    beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0) & options.around_voids
+    beside = (voxels.labels < 0) & scipy.ndimage.binary_dilation(voxels.labels > 0) & options.around_voids
     points = [given.points, voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing]
     crack = one_crack(list(cracks.values())) if cracks else None
     return sizing_around(None, Defects(crack, np.concatenate(points), given.spheres), options)

@@ -3,7 +3,6 @@
 import numpy as np
 import scipy
 import shapely
-from scipy.sparse import coo_array, csr_array
 
 from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.cracks.near_sheet import weights_in_triangles
@@ -35,7 +34,7 @@ def fitted_heights(
     free = np.flatnonzero(~np.isfinite(fixed))
     heights = fixed.copy()
     if len(free):
-        matrix = csr_array(matrix)
+        matrix = scipy.sparse.csr_array(matrix)
         right = values[free] - matrix[free][:, known] @ fixed[known]
         heights[free] = scipy.sparse.linalg.spsolve(matrix[free][:, free].tocsc(), right)
     return heights
@@ -43,7 +42,7 @@ def fitted_heights(
 
 def interpolation(
     points: np.ndarray, triangles: np.ndarray, places: np.ndarray, within: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, csr_array]:
+) -> tuple[np.ndarray, np.ndarray, "scipy.sparse.csr_array"]:
     """Return rows (r,) of places (k, 2) on triangles (m, 3), their triangles (r,), sparse weights (r, n).
 
     weights @ values gives the values at these places that linear interpolation of `values` (n,), given at
@@ -56,10 +55,14 @@ def interpolation(
     corners = triangles[triangle]
     weights = weights_in_triangles(places[row], points[corners])
     ends = np.repeat(np.arange(len(row)), 3), corners.ravel()
-    return row, triangle, csr_array(coo_array((weights.ravel(), ends), shape=(len(row), len(points))))
+    return (
+        row,
+        triangle,
+        scipy.sparse.coo_array((weights.ravel(), ends), shape=(len(row), len(points))).tocsr(),
+    )
 
 
-def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.ndarray]:
+def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple["scipy.sparse.csr_array", np.ndarray]:
     """Return a sparse matrix (e, n) and doubled areas (m,); |matrix @ heights|^2 is the bending energy.
 
     Each row belongs to an inner edge: the edge's length times the jump of the slope across it, divided by
@@ -83,4 +86,4 @@ def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.nda
             values.append(sign * scale * (slope * normal).sum(axis=1))
     shape = (len(sides[0]), len(points))
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return csr_array(coo_array(entries, shape=shape)), twice
+    return scipy.sparse.coo_array(entries, shape=shape).tocsr(), twice

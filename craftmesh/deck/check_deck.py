@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import csr_array
+import scipy
 
 from craftmesh.deck.check_references import reference_faults
 from craftmesh.deck.includes import Block, DeckText, read_blocks, read_deck_text
@@ -164,10 +164,12 @@ def _order_faults(points: np.ndarray, layers: np.ndarray, tets: Sequence[np.ndar
     return faults
 
 
-def _incidence(rows: np.ndarray, count: int) -> csr_array:
+def _incidence(rows: np.ndarray, count: int) -> "scipy.sparse.csr_array":
     """Return a sparse matrix (k, count), 1 where element k of `rows` (k, c) has the node."""
     at = np.repeat(np.arange(len(rows)), rows.shape[1])
-    return csr_array((np.ones(rows.size, np.int8), (at, rows.ravel())), shape=(len(rows), count))
+    return scipy.sparse.csr_array(
+        (np.ones(rows.size, np.int8), (at, rows.ravel())), shape=(len(rows), count)
+    )
 
 
 def _ids(blocks: list[Block], keyword: str) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.sparse import csr_array
+import scipy
 
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError, told
@@ -168,7 +168,11 @@ def smooth(
 
 
 def _targets(
-    points: np.ndarray, weights: list[float], drawn: csr_array, fixed: np.ndarray, held: np.ndarray
+    points: np.ndarray,
+    weights: list[float],
+    drawn: "scipy.sparse.csr_array",
+    fixed: np.ndarray,
+    held: np.ndarray,
 ) -> np.ndarray:
     """Return points (n, 3) after smoothing passes; fixed (n, 3) coordinates and held (n,) points stay.
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import scipy
-from scipy.sparse import csr_array, diags_array
 
 from craftmesh.arguments import LARGEST, as_array
 from craftmesh.errors import CraftmeshError
@@ -118,13 +117,17 @@ def _displacement(
     start, rows, vectors = volume_gradients(points, facets, lists, grains)
     ways = weight[:, None] * mobile
 
-    def gradient(k: int) -> csr_array:
-        return csr_array((vectors[:, k], rows, start), (len(points), len(missing)))
+    def gradient(k: int) -> "scipy.sparse.csr_array":
+        return scipy.sparse.csr_array((vectors[:, k], rows, start), (len(points), len(missing)))
 
-    system = sum(gradient(k).T @ (diags_array(ways[:, k]) @ gradient(k)) for k in range(3)).tocsc()
+    system = sum(
+        gradient(k).T @ (scipy.sparse.diags_array(ways[:, k]) @ gradient(k)) for k in range(3)
+    ).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
-    pressure = np.atleast_1d(scipy.sparse.linalg.spsolve((system + diags_array(lift)).tocsc(), missing))
+    pressure = np.atleast_1d(
+        scipy.sparse.linalg.spsolve((system + scipy.sparse.diags_array(lift)).tocsc(), missing)
+    )
     displacement = ways * np.stack([gradient(k) @ pressure for k in range(3)], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from craftmesh.errors import CraftmeshError, counted, listed
 from craftmesh.progress import silent
@@ -161,13 +161,13 @@ def number_voids(labels: np.ndarray) -> np.ndarray:
     An enclosed connected piece gets the label -k of the declared void k that has most of its voxels, else
     the next free number in scan order. Several pieces of one declared void all keep its label.
     """
-    empty, count = ndimage.label(labels <= 0)
+    empty, count = scipy.ndimage.label(labels <= 0)
     ids = np.zeros(count + 1, np.int64)
     taken = set(np.unique(labels[labels < 0]).tolist())
     rim = [np.take(empty, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
     outside = set(np.unique(np.concatenate(rim)).tolist())
     free = -1
-    for piece, window in enumerate(ndimage.find_objects(empty), start=1):
+    for piece, window in enumerate(scipy.ndimage.find_objects(empty), start=1):
         if piece in outside:
             continue
         inside = labels[window][empty[window] == piece]

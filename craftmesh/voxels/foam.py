@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from craftmesh.errors import CraftmeshError
 
@@ -28,7 +28,7 @@ def struts(
         raise CraftmeshError("pores meet along no edge, so there are no struts; set more pores")
     # distances of voxels from the nearest boundary, edge and node of the cells; 1e30 if there is none
     boundary, edge, node = (
-        ndimage.distance_transform_edt(foreign < least, sampling=spacing).astype(np.float32)
+        scipy.ndimage.distance_transform_edt(foreign < least, sampling=spacing).astype(np.float32)
         if (foreign >= least).any()
         else np.full(foreign.shape, 1e30, np.float32)
         for least in (1, 2, 3)
@@ -45,12 +45,12 @@ def struts(
     material = least <= radius
     if cut:
         material &= ~_loose_ends(foreign, node > radius, spacing, cut)
-    return ndimage.binary_fill_holes(largest_piece(material))
+    return scipy.ndimage.binary_fill_holes(largest_piece(material))
 
 
 def largest_piece(material: np.ndarray) -> np.ndarray:
     """Return a mask (nx, ny, nz) of the largest face-connected component of the mask `material`."""
-    pieces, count = ndimage.label(material)
+    pieces, count = scipy.ndimage.label(material)
     return pieces == np.bincount(pieces.ravel())[1:].argmax() + 1 if count else material
 
 
@@ -75,12 +75,14 @@ def _loose_ends(
     foreign: from `_foreign_cells`; is_off_nodes: mask of the voxels that may be in the result.
     """
     is_edge = foreign >= 2
-    edges, count = ndimage.label(is_edge & ~ndimage.binary_dilation(foreign >= 3, _AROUND), _AROUND)
+    edges, count = scipy.ndimage.label(
+        is_edge & ~scipy.ndimage.binary_dilation(foreign >= 3, _AROUND), _AROUND
+    )
     ends = np.zeros(count + 1, bool)
     for axis in map("xyz".index, axes):
         ends[edges.take((0, -1), axis=axis)] = True
     ends[0] = False
-    nearest = ndimage.distance_transform_edt(
+    nearest = scipy.ndimage.distance_transform_edt(
         ~is_edge, sampling=spacing, return_distances=False, return_indices=True
     )
     return ends[edges][tuple(nearest)] & is_off_nodes

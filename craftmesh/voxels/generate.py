@@ -4,8 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import ndimage
-from scipy.spatial import cKDTree
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.orientation import random_orientations
@@ -28,7 +27,7 @@ def stray_offsets(
     """
     offsets = np.empty((*shape, 3))
     for axis in range(3):
-        field = ndimage.gaussian_filter(rng.standard_normal(shape), RAGGED_LENGTH, mode="wrap")
+        field = scipy.ndimage.gaussian_filter(rng.standard_normal(shape), RAGGED_LENGTH, mode="wrap")
         offsets[..., axis] = field * (amount * spacing[axis] / np.sqrt(np.mean(field**2)))
     return offsets
 
@@ -114,7 +113,7 @@ def _cells(
     lift = width * np.sqrt(options.size_spread * rng.random(options.grains))
     lifted = np.column_stack([points, np.zeros(len(points))])
     for round_ in range(options.relaxation + 1):
-        cell = cKDTree(np.column_stack([seeds, lift])).query(lifted)[1]
+        cell = scipy.spatial.cKDTree(np.column_stack([seeds, lift])).query(lifted)[1]
         if round_ < options.relaxation:
             count = np.bincount(cell, minlength=options.grains)
             sums = np.stack([np.bincount(cell, points[:, i], options.grains) for i in range(3)], axis=1)
@@ -122,7 +121,7 @@ def _cells(
     if options.raggedness:
         strayed = stray_offsets(options.shape, np.array(options.spacing), options.raggedness, rng_ragged)
         lifted[:, :3] += strayed.reshape(-1, 3) * stretch
-        cell = cKDTree(np.column_stack([seeds, lift])).query(lifted)[1]
+        cell = scipy.spatial.cKDTree(np.column_stack([seeds, lift])).query(lifted)[1]
     return (cell + 1).astype(np.int32).reshape(options.shape)
 
 
@@ -132,10 +131,10 @@ def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
     A boundary voxel has a face neighbour of another label, or lies at a box face; its distance is 0.
     Distances are in the unit of `spacing`.
     """
-    padded, beside = np.pad(labels, 1), ndimage.generate_binary_structure(3, 1)
-    is_inner = ndimage.minimum_filter(padded, footprint=beside) == padded
-    is_inner &= ndimage.maximum_filter(padded, footprint=beside) == padded
-    return ndimage.distance_transform_edt(is_inner, sampling=spacing)[1:-1, 1:-1, 1:-1]
+    padded, beside = np.pad(labels, 1), scipy.ndimage.generate_binary_structure(3, 1)
+    is_inner = scipy.ndimage.minimum_filter(padded, footprint=beside) == padded
+    is_inner &= scipy.ndimage.maximum_filter(padded, footprint=beside) == padded
+    return scipy.ndimage.distance_transform_edt(is_inner, sampling=spacing)[1:-1, 1:-1, 1:-1]
 
 
 def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:

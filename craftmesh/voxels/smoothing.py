@@ -9,7 +9,7 @@ may split a grain, remove its last voxel, or connect grains that touch nowhere e
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from craftmesh.voxels.kernels.exchange import REACH, contact_key, exchange
 from craftmesh.voxels.kernels.votes import MOST_GRAINS, choices, votes
@@ -153,7 +153,7 @@ def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     A weight is the fraction of the Gaussian around the voxel that the grain fills; m is MOST_GRAINS.
     """
     code = grid.padded.reshape(grid.shape)
-    mixed = ndimage.maximum_filter(code, grid.band) != ndimage.minimum_filter(code, grid.band)
+    mixed = scipy.ndimage.maximum_filter(code, grid.band) != scipy.ndimage.minimum_filter(code, grid.band)
     near = np.flatnonzero(mixed.ravel() & (grid.padded >= 0))
     place = np.empty(len(near) + 1, np.int64)
     grain = np.empty((len(near) + 1, MOST_GRAINS), np.int32)

@@ -18,7 +18,10 @@ HEAVY = {
     "PIL",
     "matplotlib",
 }
-VERBS = "crack size stitch gradate tetrahedralize assemble check inp solve fracture grow remesh".split()
+VERBS = (
+    "init plan generate import remesh crack size stitch gradate tetrahedralize assemble renew check".split()
+)
+VERBS += "inp solve fracture grow".split()
 LOAD = """
 import sys
 from craftmesh.cli import load
