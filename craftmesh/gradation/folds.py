@@ -74,6 +74,8 @@ def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
 
     The length is PER_WIDTH times the strip's width, at least l_min.
     """
+    if not (surface.kind == CRACK).any():
+        return sizing
     plain = patches(surface)
     parted = folded_patches(surface, plain)
     if len(parted.first_facet) == len(plain.first_facet):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.facet_order import rows_by_points, turned_to_least
+from craftmesh.surface.measure import span_of
 from craftmesh.surface.patches import oriented
 from craftmesh.types import Surface
 
@@ -26,9 +27,10 @@ def spatially_sorted(surface: Surface) -> Surface:
     new = np.empty_like(order)
     new[order] = np.arange(len(order))
     facets, sides = oriented(surface)
-    facets = turned_to_least(facets.astype(np.int64), new)
+    facets = turned_to_least(np.require(facets, np.int32, ["C", "W"]), new)
     rows = rows_by_points(facets, len(order))
-    return Surface(surface.points[order], facets[rows], sides[rows], surface.kind[rows])
+    points, kind = surface.points.take(order, axis=0), surface.kind[rows]
+    return Surface(points, facets.take(rows, axis=0), sides.take(rows, axis=0), kind)
 
 
 def block_order(vertices: np.ndarray, key: np.ndarray) -> np.ndarray:
@@ -43,8 +45,8 @@ def block_order(vertices: np.ndarray, key: np.ndarray) -> np.ndarray:
 
 
 def _morton_keys(points: np.ndarray) -> np.ndarray:
-    low = points.min(axis=0, initial=np.inf)
-    extent = max(float((points - low).max(initial=0.0)), np.finfo(float).tiny)
+    low, high = span_of(points)
+    extent = max(float((high - low).max()), np.finfo(float).tiny)
     cells = ((points - low) * ((2**CELL_BITS - 1) / extent)).astype(np.int64)
     keys = np.zeros(len(points), np.int64)
     for bit in range(CELL_BITS):

@@ -20,7 +20,7 @@ from craftmesh.gradation.kernels.one_pass import (
 )
 from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.state import Guards, Mesh, State, make_room, make_state
+from craftmesh.gradation.state import Guards, Mesh, State, lengthened, make_room, make_state
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets
@@ -61,7 +61,7 @@ class Gradation:
     state: State
     grid: FacetGrid
     done: dict[str, int]
-    # (v, 3): positions of the vertices at the last call of `set_sizes`
+    # (v, 3): positions of the vertices for which `set_sizes` was last called, nan for none
     sized: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     # limits of the last pass of swaps; mesh.changed marks facets that have changed since
     swapped: Limits | None = None
@@ -95,13 +95,12 @@ class Gradation:
 
     def set_sizes(self, sizing: Sizing) -> None:
         """Set target lengths of living vertices that are new or moved; sizing: the same at all calls."""
-        living, points = self.living_vertices(), self.mesh.points
-        known = living < len(self.sized)
-        stays = known.copy()
-        stays[known] = _are_equal(points[living[known]], self.sized[living[known]])
-        moved = living[~stays]
-        self.mesh.size[moved] = sizing.at(points[moved])
-        self.sized = points[: self.mesh.used[0]].copy()
+        mesh, n = self.mesh, int(self.mesh.used[0])
+        self.sized = lengthened(self.sized, n, np.nan)
+        points, sized = mesh.points[:n], self.sized[:n]
+        moved = np.flatnonzero((mesh.first[:n] >= 0) & ~_are_equal(points, sized))
+        mesh.size[moved] = sizing.at(points[moved])
+        sized[moved] = points[moved]
 
     def living_vertices(self) -> np.ndarray:
         """Return the ids of the vertices that have facets."""
@@ -124,6 +123,8 @@ class Gradation:
                 break
             self.make_room()
         self.done[name] = self.done.get(name, 0) + total
+        if 2 * np.count_nonzero(self.mesh.alive) < self.mesh.used[1]:
+            self.make_room()
         return total
 
     def make_room(self) -> None:
@@ -142,7 +143,7 @@ class Gradation:
 def begun(surface: Surface, sizing: Sizing, crack: Crack | None, done: Mapping[str, int]) -> Gradation:
     """Return the gradation of a surface before its passes, as the only owner of its arrays."""
     state = make_state(surface, sizing.at(surface.points), crack)
-    return Gradation(state, filled_grid(state.mesh), dict(done), sized=surface.points)
+    return Gradation(state, filled_grid(state.mesh), dict(done), sized=surface.points.copy())
 
 
 def filled_grid(mesh: Mesh) -> FacetGrid:
@@ -167,7 +168,7 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
     """Collapse edges under limits.collapse times their target, first on junction lines, shortest first."""
     edges, feature, ratio = gradation.edges(most=limits.collapse)
     short = [
-        edges[rows[block_order(edges[rows, 0], ratio[rows])]]
+        edges.take(rows.take(block_order(edges[:, 0].take(rows), ratio.take(rows))), axis=0)
         for rows in map(np.flatnonzero, (feature, ~feature))
     ]
     del edges, feature, ratio
@@ -178,7 +179,7 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
 def split_long(gradation: Gradation, limits: Limits) -> int:
     """Split edges over limits.split times their target, longest first by blocks; return their number."""
     edges, _, ratio = gradation.edges(least=limits.split)
-    long = edges[block_order(edges[:, 0], -ratio)]
+    long = edges.take(block_order(edges[:, 0], -ratio), axis=0)
     return split_all(gradation, "split_edges", limits, long, 1.0)
 
 
@@ -219,9 +220,9 @@ def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
     """Return edges (e, 2) inside patches that have changed since a pass of swaps with these limits."""
     if gradation.swapped != limits:
         edges, feature, _ = gradation.edges()
-        return edges[~feature]
+        return edges.take(np.flatnonzero(~feature), axis=0)
     mesh = gradation.mesh
-    return unique_edges(mesh.facets[mesh.changed & mesh.alive])[0]
+    return unique_edges(mesh.facets.take(np.flatnonzero(mesh.changed & mesh.alive), axis=0))[0]
 
 
 def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -46,6 +46,7 @@ class Mesh(NamedTuple):
     flags: np.ndarray  # (v,) bits (kernels.codes)
     size: np.ndarray  # (v,) target lengths
     used: np.ndarray  # (2,) numbers of vertices and of facets
+    patch_facet: np.ndarray  # (p,) its first facet in the input
     patch_sides: np.ndarray  # (p, 2) slots
     patch_crack: np.ndarray  # (p,) bool
     patch_free: np.ndarray  # (p,) bool, whether it bounds the exterior or a void
@@ -134,7 +135,7 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
     patch, patch_facet = parted = folded_patches(surface)
     classes = Classification(surface, parted)
     labels = np.unique(sides[sides != 0])
-    slot = np.where(sides == 0, -1, np.searchsorted(labels, sides))
+    at_patch = sides[patch_facet]
     mesh = Mesh(
         points=_with_spare_row(surface.points),
         facets=facets,
@@ -147,9 +148,10 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
         flags=_with_spare_row(_flags(classes)),
         size=_with_spare_row(np.asarray(size, float)),
         used=np.array([n, m], np.int64),
-        patch_sides=slot[patch_facet].reshape(-1, 2),
+        patch_facet=patch_facet,
+        patch_sides=np.where(at_patch == 0, -1, np.searchsorted(labels, at_patch)),
         patch_crack=surface.kind[patch_facet] == CRACK,
-        patch_free=(sides[patch_facet] <= 0).any(axis=1),
+        patch_free=(at_patch <= 0).any(axis=1),
         patch_border=surface.kind[patch_facet] == BORDER,
         stamp=np.zeros(n + 1, np.int64),
         facet_stamp=np.zeros(m, np.int64),
@@ -211,11 +213,10 @@ def surface_of(state: State, surface: Surface) -> Surface:
     """Return the state's living facets as a surface; sides and kinds come from the input's patches."""
     mesh = state.mesh
     _, sides = oriented(surface)
-    patch_facet = folded_patches(surface).first_facet
     n, m = mesh.used
     living = np.flatnonzero(mesh.alive[:m])
     points, facets, _ = compact(mesh.points[:n], mesh.facets[living])
-    source = patch_facet[mesh.patch[living]]
+    source = mesh.patch_facet[mesh.patch[living]]
     return Surface(points, facets, sides[source], surface.kind[source])
 
 
@@ -239,7 +240,7 @@ def make_room(arrays: dict[str, np.ndarray]) -> None:
     vertices += max(LEAST_VERTICES, int(len(living) * VERTEX_SHARE))
     facets = len(living) + max(LEAST_FACETS, int(len(living) * FACET_SHARE))
     for name, fill in PER_VERTEX.items():
-        arrays[name] = _lengthened(arrays.pop(name), vertices, fill)
+        arrays[name] = lengthened(arrays.pop(name), vertices, fill)
     for name, fill in PER_FACET.items():
         arrays[name] = _picked(arrays.pop(name), living, facets, fill)
     arrays["after"] = _picked(arrays.pop("after").reshape(-1, 3), living, facets, -1).reshape(-1)
@@ -248,7 +249,8 @@ def make_room(arrays: dict[str, np.ndarray]) -> None:
     arrays["used"][1] = len(living)
 
 
-def _lengthened(array: np.ndarray, length: int, fill: int) -> np.ndarray:
+def lengthened(array: np.ndarray, length: int, fill: float) -> np.ndarray:
+    """Return `array` with rows of `fill` at its end if it has fewer than `length` rows."""
     if len(array) >= length:
         return array
     longer = np.full((length, *array.shape[1:]), fill, array.dtype)

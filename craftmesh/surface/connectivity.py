@@ -64,7 +64,7 @@ def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     directed = facet_edges(facets)
     if not len(directed):
         return np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
-    low, high = directed.min(1), directed.max(1)
+    low, high = np.minimum(*directed.T), np.maximum(*directed.T)
     stride = high.max() + 1
     keys, inverse, count = np.unique(low * stride + high, return_inverse=True, return_counts=True)
     edges = np.stack([keys // stride, keys % stride], axis=1)

@@ -91,10 +91,12 @@ def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Tables indexed that way are only as large as the number of labels, however large the labels are.
     """
-    differs = np.ones(len(sides), bool)
-    differs[1:] = (sides[1:] != sides[:-1]).any(axis=1)
-    labels = np.unique(sides[differs])
-    return labels, np.searchsorted(labels, sides)
+    starts = np.ones(len(sides), bool)
+    starts[1:] = (sides[1:, 0] != sides[:-1, 0]) | (sides[1:, 1] != sides[:-1, 1])
+    run = np.flatnonzero(starts)
+    labels = np.unique(sides[run])
+    place = np.searchsorted(labels, sides[run])
+    return labels, np.repeat(place, np.diff(run, append=len(sides)), axis=0)
 
 
 def swept_volumes(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
@@ -132,8 +134,8 @@ def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dic
 
 def span_of(points: np.ndarray) -> np.ndarray:
     """Return the bounding box (2, d), smallest and largest coordinates, of points (..., d)."""
-    points = points.reshape(-1, points.shape[-1])
-    return np.stack([points.min(axis=0), points.max(axis=0)])
+    columns = points.reshape(-1, points.shape[-1]).T  # one by one: numpy is slow along short rows
+    return np.array([[column.min() for column in columns], [column.max() for column in columns]])
 
 
 def nearest_facet(

@@ -27,14 +27,11 @@ def oriented(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
 
     Crack facets are unchanged, because their sides are the crack faces.
     """
-    turned = _turned(surface)[:, None]
+    turned = ((surface.sides[:, 0] < surface.sides[:, 1]) & (surface.kind != CRACK))[:, None]
+    if not turned.any():
+        return surface.facets, surface.sides
     facets = np.where(turned, surface.facets[:, ::-1], surface.facets)
     return facets, np.where(turned, surface.sides[:, ::-1], surface.sides)
-
-
-def _turned(surface: Surface) -> np.ndarray:
-    """Return a mask (m,) of facets, not of the crack, with the smaller label behind their normal."""
-    return (surface.sides[:, 0] < surface.sides[:, 1]) & (surface.kind != CRACK)
 
 
 class Patches(NamedTuple):
@@ -51,14 +48,13 @@ def patches(surface: Surface) -> Patches:
     Patches are numbered in the order of their larger label, smaller label and kind. Each border facet
     (where a part was cut out of a mesh) is a patch of its own, so that all its edges are feature edges.
     """
-    sides = np.where(_turned(surface)[:, None], surface.sides[:, ::-1], surface.sides)
-    labels, place = numbered(sides)
+    labels, place = numbered(oriented(surface)[1])
     key = (place[:, 0] * len(labels) + place[:, 1]) * (BORDER + 1) + surface.kind
     border = surface.kind == BORDER
     key[border] = (BORDER + 1) * len(labels) ** 2 + np.arange(int(border.sum()))
     start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]][: len(key)])
     _, first, patch = np.unique(key[start], return_index=True, return_inverse=True)
-    of_facet = np.repeat(patch.reshape(-1), np.diff(start, append=len(key))).astype(np.int64)
+    of_facet = np.repeat(patch.reshape(-1), np.diff(start, append=len(key)))
     return Patches(of_facet, start[first])
 
 
