@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> None:
         history = history_of(mesh, stored_sizing(arguments.sizing_before))
     else:
         arrays = read_map(arguments.map_before)
-        history = History(arrays["lengths"], float(arrays["aspect_ratio"]))
+        history = History(arrays["lengths"], float(arrays["aspect_ratio"]), float(arrays["cell"]))
     if len(history.lengths) != len(mesh.points):
         raise CraftmeshError(
             f"{arguments.map_before}: has lengths of {len(history.lengths)} nodes, but {arguments.before} "

@@ -27,7 +27,7 @@ _ENTRIES = {
     "field_growth": (float, (None,)),
 }
 MAP_FORMAT = "craftmesh map 1"  # value of the entry `format`
-_MAP_ENTRIES = ("nodes", "elements", "lengths", "aspect_ratio")
+_MAP_ENTRIES = ("nodes", "elements", "lengths", "aspect_ratio", "cell")
 SOLUTION_FORMAT = "craftmesh solution 1"  # value of the entry `format`
 _HISTORY = "history "  # prefix of the entries that hold columns of a load history
 # Order of VTK's stress components, yz before xz.
@@ -104,8 +104,8 @@ def write_map(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None
     """Write the map from an old mesh to the new mesh that replaces it, completely or not at all.
 
     Arrays: `nodes` (n,) and `elements` (m,), the row in the new mesh of each old node and element, or -1;
-    `lengths` (k,), the target lengths for which the new mesh's nodes were made; `aspect_ratio`, the mean
-    aspect ratio of the last mesh that was made from scratch.
+    `lengths` (k,), the target lengths for which the new mesh's nodes were made; `aspect_ratio` and `cell`, the
+    mean aspect ratio of the last mesh that was made from scratch, and the edge of its lattice's first cells.
     """
     write_arrays(path, {"format": np.array(MAP_FORMAT), **{name: arrays[name] for name in _MAP_ENTRIES}})
 

@@ -82,12 +82,18 @@ def _with_joined(whole: Whole, changed: np.ndarray, change: np.ndarray) -> np.nd
 
 
 def _closed(whole: Whole, chosen: np.ndarray) -> np.ndarray:
-    """Return the chosen tets (m,) with all tets that have facets of the crack in common with them."""
+    """Return the chosen tets (m,) with all that have a facet of the crack or of a void in common with them.
+
+    Voids count as a whole, because their boundaries have to be closed.
+    """
     surface = whole.surface
-    crack = surface.facets[surface.kind == CRACK]
-    while len(crack):
-        inside = corners_of(whole.tets, len(whole.points), chosen)
-        on = corners_of(crack, len(whole.points), inside[crack].all(axis=1))
+    least = surface.sides.min(axis=1)
+    together = (surface.kind == CRACK) | (least < 0)
+    facets, void = surface.facets[together], np.minimum(least[together], 0)
+    while len(facets):
+        has = corners_of(whole.tets, len(whole.points), chosen)[facets].all(axis=1)
+        has |= (void < 0) & np.isin(void, void[has])
+        on = corners_of(facets, len(whole.points), has)
         more = chosen | (on[whole.tets].sum(axis=1) >= 3)
         if np.array_equal(more, chosen):
             break

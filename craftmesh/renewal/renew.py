@@ -26,6 +26,7 @@ from craftmesh.renewal.region import changed_tets, widened
 from craftmesh.renewal.whole import Whole, grain_tets_of, whole_of_mesh
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.measure import side_volumes
+from craftmesh.tetrahedra.interior_points import lattice_cell
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.volume import fill_grains, mesh_volume, optimised_volume
 from craftmesh.types import CRACK, Crack, Surface, TetMesh
@@ -51,16 +52,18 @@ class History(NamedTuple):
     """What the next increment has to know of a mesh.
 
     lengths (n,): target lengths that the nodes were made for; aspect_ratio: mean aspect ratio of the last
-    mesh that was made from scratch.
+    mesh that was made from scratch; cell: edge of the first cells of its lattice of interior points.
     """
 
     lengths: np.ndarray
     aspect_ratio: float
+    cell: float
 
 
 def history_of(mesh: TetMesh, sizing: Sizing) -> History:
     """Return the history of a mesh that was made from scratch for a sizing."""
-    return History(sizing.at(mesh.points), float(shape_measures(mesh.points, mesh.tets)[:, 1].mean()))
+    ratio = float(shape_measures(mesh.points, mesh.tets)[:, 1].mean())
+    return History(sizing.at(mesh.points), ratio, lattice_cell(mesh.box, sizing))
 
 
 @dataclass(frozen=True)
@@ -144,7 +147,7 @@ def _with_new_part(
         raise CraftmeshError(
             f"{share:.0%} of the elements change, which is over most_renewed {options.renew.most_renewed:g}"
         )
-    filled = _filled(whole, chosen, surface, crack, sizing, options, workers)
+    filled = _filled(whole, chosen, surface, crack, sizing, options, history.cell, workers)
     wide = widened(filled, filled.origin < 0)
     body = cut_out(filled, wide, with_crack=True)
     volume = optimised_volume(body.surface, tets_of(filled, body), sizing, options.tetrahedralize)
@@ -158,7 +161,7 @@ def _with_new_part(
     made_for[node] = made_for.copy()
     kept = int((renewed.origin >= 0).sum())
     told = report | {"meshing": volume.record, "renewed": {"share": share, "elements_kept": kept}}
-    return Renewed(result, History(made_for, history.aspect_ratio), numbers, told, volume.warnings)
+    return Renewed(result, history._replace(lengths=made_for), numbers, told, volume.warnings)
 
 
 def _filled(
@@ -168,6 +171,7 @@ def _filled(
     crack: Crack,
     sizing: Sizing,
     options: StageOptions,
+    cell: float,
     workers: int,
 ) -> Whole:
     """Return the model with new tets, not optimised yet, instead of the chosen tets (m,)."""
@@ -186,7 +190,7 @@ def _filled(
     targets = {k: volume for k, volume in targets.items() if volume > 0}
     fitted, _ = gradate(cut, sizing, options.gradate, volumes=targets, crack=crack)
     plain = replace(options.tetrahedralize, optimise=False)
-    filled, _ = fill_grains(fitted, sizing, plain, workers=workers)
+    filled, _ = fill_grains(fitted, sizing, plain, workers=workers, cell=cell)
     if filled.record["left"]:
         raise CraftmeshError(filled.warnings[-1] if filled.failures else "tetwild meshes only whole models")
     return put_back(whole, part, filled.surface, filled.grain_tets, sizing)

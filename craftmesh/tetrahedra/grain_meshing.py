@@ -32,10 +32,14 @@ BOUNDARY_MARKER, INTERNAL_MARKER = 1, 2
 
 @dataclass(frozen=True)
 class Setting:
-    """Options and target lengths for all grains; sizing None: lengths of each grain's surface edges."""
+    """Options and target lengths for all grains; sizing None: lengths of each grain's surface edges.
+
+    cell: edge of the first cells of the interior points' lattice; None: each grain has its own.
+    """
 
     options: TetrahedralizeOptions
     sizing: Lengths | None
+    cell: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,8 @@ def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
     watch.lap("scaffold_seconds")
     points = NO_POINTS
     if task.attempt.with_points:
-        points = interior_points(surface, first.nodes, first.tets[first.regions.kept], sizing)
+        inside = first.tets[first.regions.kept]
+        points = interior_points(surface, first.nodes, inside, sizing, setting.cell)
     watch.lap("points_seconds")
     nodes, tets = filled(task, options.mesher, first, points)
     watch.lap("mesh_seconds")

@@ -19,10 +19,10 @@ APART = 0.68
 LARGER = 1.5
 # A lattice cell is split in eight while it is larger than the local cell by this factor.
 SPLIT = 1.53
-# Number of sizes within a factor of two that are tried for the coarsest cell.
+# Number of sizes within a factor of two that are tried for the first cell.
 COARSEST = 16
-# Points along each axis of the grain's box at which these sizes are compared.
-PROBES_PER_AXIS = 13
+# Points along each axis of the box at which these sizes are compared.
+PROBES_PER_AXIS = 32
 # Limits for strongly varying l: halvings of the first cell, and bins along the longest axis.
 MAX_LEVELS = 12
 MAX_CELLS_PER_AXIS = 200
@@ -30,16 +30,18 @@ OCTANTS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 def interior_points(
-    surface: GrainSurface, points: np.ndarray, tets: np.ndarray, sizing: Lengths
+    surface: GrainSurface, points: np.ndarray, tets: np.ndarray, sizing: Lengths, cell: float | None = None
 ) -> np.ndarray:
     """Return points (k, 3) inside the grain at distances of about `sizing.at`.
 
     points, tets: a first mesh of the grain, which defines the inside. A body-centred octree lattice of
     cells of about 1.02 l has priority, because its tetrahedra are the best. Facets with enough room (crack
-    facets on both sides) get a point at a height of .62 l.
+    facets on both sides) get a point at a height of .62 l. cell: edge of the lattice's first cells, so that
+    grains have one lattice; None: the best one for the grain.
     """
     low, high = surface.points.min(0), surface.points.max(0)
-    candidates = np.concatenate([_lattice(low, high, surface.points, sizing), _layer(surface, sizing)])
+    cell = cell or lattice_cell(np.stack([low, high]), sizing)
+    candidates = np.concatenate([_lattice(low, high, cell, sizing), _layer(surface, sizing)])
     candidates = candidates[((candidates > low) & (candidates < high)).all(1)]
     if not len(candidates):
         return candidates
@@ -77,18 +79,21 @@ def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:
     return np.concatenate([centre - offset, (centre + offset)[internal]])
 
 
-def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> np.ndarray:
-    """Return centres and corners (k, 3) of octree cells of about LATTICE_CELL * l, coarse cells first."""
-    cell = _coarsest_cell(low, high, nodes, sizing)
-    counts = [len(np.arange(a, b, cell)) for a, b in zip(low, high)]
-    cells = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
+def _lattice(low: np.ndarray, high: np.ndarray, cell: float, sizing: Lengths) -> np.ndarray:
+    """Return centres and corners (k, 3) of octree cells of about LATTICE_CELL * l, coarse cells first.
+
+    Corners of the first cells are multiples of `cell`, so lattices in two bodies have the same points where
+    the lengths are the same.
+    """
+    start, stop = np.floor(low / cell).astype(int), np.ceil(high / cell).astype(int)
+    cells = np.stack(np.meshgrid(*map(np.arange, start, stop), indexing="ij"), -1).reshape(-1, 3)
     found = []
     for level in range(MAX_LEVELS):
-        centres = low + (cells + 0.5) * cell
+        centres = (cells + 0.5) * cell
         fine = LATTICE_CELL * sizing.at(centres) * SPLIT < cell
         if level == MAX_LEVELS - 1:
             fine[:] = False
-        found += [centres[~fine], low + lattice_corners(cells[~fine]) * cell]
+        found += [centres[~fine], lattice_corners(cells[~fine]) * cell]
         cells = (2 * cells[fine][:, None] + OCTANTS).reshape(-1, 3)
         cell /= 2
         if not len(cells):
@@ -103,19 +108,23 @@ def lattice_corners(cells: np.ndarray) -> np.ndarray:
     """
     if not len(cells):
         return cells
-    shape = cells.max(axis=0) + 2
+    least = cells.min(axis=0)
     corners = (cells[:, None] + OCTANTS).reshape(-1, 3)
-    first = np.unique(np.ravel_multi_index(corners.T, shape), return_index=True)[1]
+    places = np.ravel_multi_index((corners - least).T, cells.max(axis=0) - least + 2)
+    first = np.unique(places, return_index=True)[1]
     return corners[np.sort(first)]
 
 
-def _coarsest_cell(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> float:
-    """Return the first cell's size whose repeated halves fit LATTICE_CELL * l best, weighted by points."""
-    axes = np.linspace(low, high, PROBES_PER_AXIS).T
+def lattice_cell(box: np.ndarray, sizing: Lengths) -> float:
+    """Return the edge of first cells in a box (2, 3) whose repeated halves fit LATTICE_CELL * l best.
+
+    Places count by the density of points there.
+    """
+    shares = (np.arange(PROBES_PER_AXIS) + 0.5) / PROBES_PER_AXIS
+    axes = (box[0] + shares[:, None] * (box[1] - box[0])).T
     local = LATTICE_CELL * sizing.at(np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3))
-    largest = max(local.max(), LATTICE_CELL * sizing.at(nodes).max())
     weight = (local.min() / local) ** 3
-    cells = largest * 2 ** (0.5 - np.arange(COARSEST) / COARSEST)
+    cells = local.max() * 2 ** (0.5 - np.arange(COARSEST) / COARSEST)
     misfit = np.log2(cells[:, None] / local)
     misfit -= np.maximum(np.ceil(misfit - np.log2(SPLIT)), 0)
     return float(cells[(weight * misfit**2).sum(axis=1).argmin()])

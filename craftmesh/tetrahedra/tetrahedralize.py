@@ -13,6 +13,7 @@ from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
+from craftmesh.tetrahedra.interior_points import lattice_cell
 from craftmesh.tetrahedra.ladder import Attempt, Ladder, MeshingTask, attempts
 from craftmesh.tetrahedra.meshers import BUILT_IN, load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -29,13 +30,15 @@ def tetrahedralize(
     grains: Iterable[int] | None = None,
     workers: int = 1,
     progress: Callable[[float, str], None] = silent,
+    cell: float | None = None,
 ) -> tuple[list[GrainTets], dict]:
     """Return the tetrahedra of each grain (default: all) by ascending id, and a report.
 
     The surface is kept: all facets, crack facets inside grains included, are faces of tetrahedra, and
     its nodes keep every bit. sizing: `at(points)` gives target edge lengths (Eq. 3); None uses the
     surface's edge lengths. islands: voids and grains within grains with their seeds; a seed outside its
-    region is replaced. The result does not depend on `workers`. Raises MeshingError, with the results so
+    region is replaced. cell: edge of the first cells of the interior points' lattice; None: `lattice_cell`
+    of the surface's box. The result does not depend on `workers`. Raises MeshingError, with the results so
     far, if a grain fails in every attempt.
     """
     options = options or TetrahedralizeOptions()
@@ -43,7 +46,9 @@ def tetrahedralize(
     tried = attempts(options.all_switches, options.interior_points)
     ladder = Ladder(tried, grain_surfaces(surface, grains), options.mesher in BUILT_IN, progress)
     limits = Limits(options.time_limit, options.memory_limit)
-    job = Job(mesh_grain, Setting(options, sizing), limits, load_kernels)
+    if sizing is not None:
+        cell = cell or lattice_cell(surface.box, sizing)
+    job = Job(mesh_grain, Setting(options, sizing, cell), limits, load_kernels)
     run_tasks(job, ladder.tasks(islands or ()), ladder, workers)
     result, report, failures = ladder.grain_tets(), ladder.report(), ladder.failed()
     if failures:

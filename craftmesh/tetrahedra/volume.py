@@ -72,11 +72,12 @@ def fill_grains(
     grains: Iterable[int] | None = None,
     workers: int = 1,
     progress: Callable[[float, str], None] = silent,
+    cell: float | None = None,
 ) -> tuple[Volume, dict]:
     """Return the repaired surface with the tetrahedra of `grains` (default: all), and a report.
 
     Grains that fail every attempt have no tetrahedra and are in the record as `left`; with mesher tetwild
-    these are all grains.
+    these are all grains. cell: see `tetrahedralize`.
     """
     found = mended(surface) if options.repair else Mended(surface)
     wanted = surface.grains.tolist() if grains is None else list(grains)
@@ -86,7 +87,9 @@ def fill_grains(
     failures: tuple[GrainFailure, ...] = ()
     warning = None
     try:
-        tets, report = tetrahedralize(found.surface, sizing, options, islands, wanted, workers, progress)
+        tets, report = tetrahedralize(
+            found.surface, sizing, options, islands, wanted, workers, progress, cell
+        )
     except MeshingError as error:
         tets, report, failures, warning = list(error.done), error.report, error.failures, str(error)
     record = record_of(options.mesher, report, [failure.grain for failure in failures], found.report)
