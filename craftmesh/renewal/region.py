@@ -9,7 +9,7 @@ from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.connectivity import corners_of, joined, layers_around, touching
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import nearest_facet
-from craftmesh.types import CRACK, Crack
+from craftmesh.types import CRACK, Crack, Surface
 
 # Relative changes of the target length: nodes of more than CHANGED are renewed, and with them the nodes of
 # more than TOUCHED that edges join to them. Elements of .75 to 1.4 target lengths are sound, so a change of
@@ -26,8 +26,10 @@ BEYOND = 0.5
 def changed_tets(whole: Whole, crack: Crack, sizing: Sizing) -> np.ndarray:
     """Return a mask (m,) of the tets to renew for a crack.
 
-    Tets near the new part of the crack, near parts of the old crack that are off the new one, and near both
-    fronts are renewed, and tets where the target length has changed.
+    Tets near the new part of the crack in the grains, near parts of the old crack that are off the new one,
+    and near both fronts are renewed, and tets where the target length has changed; none if all of these are
+    as before. Gaps of up to four RIMs between them are renewed, too, because small pieces that stay leave
+    poor shapes.
     """
     points, surface = whole.points, whole.surface
     old = surface.facets[surface.kind == CRACK].astype(np.int64)
@@ -40,11 +42,41 @@ def changed_tets(whole: Whole, crack: Crack, sizing: Sizing) -> np.ndarray:
         samples, left = samples[away > BEYOND * sizing.l_min], surface.points[np.unique(old)]
         off = nearest_facet(left, crack.points, crack.triangles.astype(np.int64))[1]
         left = left[off > PROMISED.facets * sizing.l_min]
-    tree = scipy.spatial.cKDTree(np.concatenate([ends, *fronts, samples, left]))
+    marks = np.concatenate([samples[_in_grains(samples, surface)], left])
     length = sizing.at(points)
     change = np.abs(length / whole.lengths - 1)
+    if not (len(marks) or (change > CHANGED).any() or _fronts_moved(surface, crack, sizing.l_min)):
+        return np.zeros(len(whole.tets), bool)
+    tree = scipy.spatial.cKDTree(np.concatenate([ends, *fronts, marks]))
     near = np.isfinite(tree.query(points, distance_upper_bound=MARGIN * sizing.l_min)[0])
-    return _closed(whole, touching(whole.tets, _with_joined(whole, near | (change > CHANGED), change)))
+    chosen = touching(whole.tets, _with_joined(whole, near | (change > CHANGED), change))
+    around = layers_around(whole.tets, len(points), chosen, 2 * RIM)
+    return _closed(whole, chosen | ~layers_around(whole.tets, len(points), ~around, 2 * RIM))
+
+
+def _in_grains(places: np.ndarray, surface: Surface) -> np.ndarray:
+    """Return a mask (k,) of the places (k, 3) that lie inside grains of a surface."""
+    bounds = surface.sides[:, 0] != surface.sides[:, 1]
+    if not len(places):
+        return np.zeros(0, bool)
+    facet, _, side = nearest_facet(places, surface.points, surface.facets[bounds].astype(np.int64))
+    return surface.sides[bounds][facet, (side > 0).astype(int)] > 0
+
+
+def _fronts_moved(surface: Surface, crack: Crack, l_min: float) -> bool:
+    """Return whether the fronts in a surface and those of a crack are farther apart than is promised.
+
+    Points of the crack's fronts may be twice as far off, because edges between nodes may be, too.
+    """
+    before = front_edges(surface)[:, [0, 1, 1]]
+    now = [np.stack([front[:-1], front[1:], front[1:]], axis=1) for front in crack.fronts]
+    if not len(before) or not now:
+        return len(before) + len(now) > 0
+    nodes = surface.points[np.unique(before)]
+    between = [densify(crack.points[front], l_min) for front in crack.fronts]
+    off = nearest_facet(nodes, crack.points, np.concatenate(now))[1]
+    away = nearest_facet(np.concatenate(between), surface.points, before)[1]
+    return bool(max(off.max(), away.max() / 2) > PROMISED.front * l_min)
 
 
 def samples_of(crack: Crack, spacing: float) -> np.ndarray:

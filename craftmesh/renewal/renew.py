@@ -43,8 +43,8 @@ class StageOptions:
     tetrahedralize: TetrahedralizeOptions = field(default_factory=TetrahedralizeOptions)
 
 
-# Largest rise of the mean aspect ratio over the ratio of the last mesh made from scratch. A penny that
-# grows in 27 small grains reaches it after three increments, in 430 grains not in five.
+# Largest rise of the mean aspect ratio over that of the last mesh made from scratch, beyond which the next
+# mesh is made from scratch.
 MOST_RISE = 0.03
 
 
@@ -62,8 +62,12 @@ class History(NamedTuple):
 
 def history_of(mesh: TetMesh, sizing: Sizing) -> History:
     """Return the history of a mesh that was made from scratch for a sizing."""
-    ratio = float(shape_measures(mesh.points, mesh.tets)[:, 1].mean())
-    return History(sizing.at(mesh.points), ratio, lattice_cell(mesh.box, sizing))
+    return History(sizing.at(mesh.points), mean_aspect_ratio(mesh), lattice_cell(mesh.box, sizing))
+
+
+def mean_aspect_ratio(mesh: TetMesh) -> float:
+    """Return the mean aspect ratio of a mesh's elements."""
+    return float(shape_measures(mesh.points, mesh.tets)[:, 1].mean())
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,12 @@ def _with_new_part(
     workers: int,
 ) -> Renewed:
     """Return the mesh with a renewed part; raises CraftmeshError if a promise would be broken."""
+    mean = mean_aspect_ratio(before)
+    if mean > history.aspect_ratio + MOST_RISE:
+        raise CraftmeshError(
+            f"the mesh before has a mean aspect ratio of {mean:.4f}, over {MOST_RISE} more than the last "
+            f"mesh made from scratch, {history.aspect_ratio:.4f}"
+        )
     whole = whole_of_mesh(before, history.lengths)
     chosen = changed_tets(whole, crack, sizing)
     share = float(chosen.mean())
@@ -147,12 +157,13 @@ def _with_new_part(
         raise CraftmeshError(
             f"{share:.0%} of the elements change, which is over most_renewed {options.renew.most_renewed:g}"
         )
-    filled = _filled(whole, chosen, surface, crack, sizing, options, history.cell, workers)
-    wide = widened(filled, filled.origin < 0)
-    body = cut_out(filled, wide, with_crack=True)
-    volume = optimised_volume(body.surface, tets_of(filled, body), sizing, options.tetrahedralize)
-    renewed = put_back(filled, body, volume.surface, volume.grain_tets, sizing)
-    _refuse_broken(renewed, surface, options, history.aspect_ratio)
+    renewed, volume = whole, None
+    if chosen.any():
+        filled = _filled(whole, chosen, surface, crack, sizing, options, history.cell, workers)
+        body = cut_out(filled, widened(filled, filled.origin < 0), with_crack=True)
+        volume = optimised_volume(body.surface, tets_of(filled, body), sizing, options.tetrahedralize)
+        renewed = put_back(filled, body, volume.surface, volume.grain_tets, sizing)
+        _refuse_broken(renewed, surface, options)
     grain_tets, rows = grain_tets_of(renewed)
     mesh, report = assemble(renewed.surface, grain_tets, crack)
     made_for = np.empty(len(mesh.points))
@@ -160,8 +171,10 @@ def _with_new_part(
     result, numbers, node = renumbered(before, mesh, renewed.origin[rows])
     made_for[node] = made_for.copy()
     kept = int((renewed.origin >= 0).sum())
-    told = report | {"meshing": volume.record, "renewed": {"share": share, "elements_kept": kept}}
-    return Renewed(result, history._replace(lengths=made_for), numbers, told, volume.warnings)
+    told = report | {"renewed": {"share": share, "elements_kept": kept}}
+    told |= {"meshing": volume.record} if volume else {}
+    warnings = volume.warnings if volume else ()
+    return Renewed(result, history._replace(lengths=made_for), numbers, told, warnings)
 
 
 def _filled(
@@ -196,21 +209,12 @@ def _filled(
     return put_back(whole, part, filled.surface, filled.grain_tets, sizing)
 
 
-def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions, aspect_ratio: float) -> None:
-    """Raise CraftmeshError for poor new tets, and for grains of another volume than in `surface`.
-
-    aspect_ratio: mean of the last mesh made from scratch, from which the mean may differ by MOST_RISE.
-    """
+def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> None:
+    """Raise CraftmeshError for poor new tets, and for grains of another volume than in `surface`."""
     measures = shape_measures(renewed.points, renewed.tets)
     poor = int((is_poor(measures) | is_flat(measures))[renewed.origin < 0].sum())
     if poor:
         raise CraftmeshError(f"{poor} tetrahedra of the renewed part would be poor")
-    mean = float(measures[:, 1].mean())
-    if mean > aspect_ratio + MOST_RISE:
-        raise CraftmeshError(
-            f"the mean aspect ratio would be {mean:.4f}, over {MOST_RISE} more than that of the last mesh "
-            f"made from scratch, {aspect_ratio:.4f}"
-        )
     now, wanted = (_volumes(one) for one in (renewed.surface, surface))
     drift = {k: abs(now.get(k, 0.0) / volume - 1) for k, volume in wanted.items() if volume > 0}
     grain = max(drift, key=lambda k: drift[k])
