@@ -26,6 +26,7 @@ def parser() -> argparse.ArgumentParser:
     flags.add_argument(
         "--correct", action=argparse.BooleanOptionalAction, default=True, help="grow.correct (default on)"
     )
+    flags.add_argument("--reuse", action="store_true", help="renew the mesh of the increment before")
     flags.add_argument("--json", type=Path, metavar="FILE", help="append a line for each seed as it ends")
     flags.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the files of the one seed here")
     flags.add_argument("--time-limit", type=float, default=TIME_LIMIT, metavar="S", help="of one seed")
@@ -42,6 +43,7 @@ def main() -> None:
         sys.exit("--keep takes one seed; give it as first and last")
     flags = ["--increments", str(arguments.increments)]
     flags += [] if arguments.correct else ["--no-correct"]
+    flags += ["--reuse"] if arguments.reuse else []
     flags += ["--judge"] if arguments.judge and JUDGE.exists() else []
     flags += ["--keep", str(arguments.keep.resolve())] if arguments.keep else []
     rows = []
@@ -67,7 +69,9 @@ def run_inside(arguments: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = arguments.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        row |= closed_loop(case, folder, arguments.increments, arguments.judge, arguments.correct)
+        row |= closed_loop(
+            case, folder, arguments.increments, arguments.judge, arguments.correct, arguments.reuse
+        )
     row["outcome"] = "grown"
     row["cpu_s"] = cpu_seconds()
     arguments.inside.write_text(json.dumps(row))
@@ -87,6 +91,7 @@ def summary(rows: list[dict]) -> str:
     lines = [
         f"{len(rows)} seeds, {len(decks)} decks; without a fault: {sum(not row['faults'] for row in rows)} "
         f"seeds, {sum(not deck['faults'] for deck in decks)} decks",
+        f"{sum(deck.get('renewed') is not None and deck['renewed'] < 1 for deck in decks)} decks renewed",
         f"flat tets in {sum(deck['flat'] > 0 for deck in decks)} decks",
     ]
     for key, worst in (("front_node", max), ("facet", max), ("ar_under_5_pct", min), ("poor_pct", max)):

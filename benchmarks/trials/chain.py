@@ -20,6 +20,8 @@ from craftmesh.io.vtk import write_crack, write_surface, write_tets
 from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.remeshing.remesh import remesh
+from craftmesh.renewal.options import RenewOptions
+from craftmesh.renewal.renew import History, StageOptions, history_of, renew_mesh
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.tetrahedra.volume import mesh_volume
 from craftmesh.types import Crack, Surface, TetMesh
@@ -39,22 +41,24 @@ class Made:
     stage: str = "remesh"
     refusal: str | None = None
     warnings: tuple[str, ...] = ()
+    history: History | None = None
+    renewed: float | None = None
 
 
-def run_chain(case: Drawn, folder: Path, crack: Crack | None = None) -> Made:
+def run_chain(case: Drawn, folder: Path, crack: Crack | None = None, before: Made | None = None) -> Made:
     """Run all stages; the deck and each stage's file go to `folder`. A refusal ends it and is kept.
 
-    crack: in place of the case's sheet, as it is.
+    crack: in place of the case's sheet, as it is; before: the increment whose mesh is renewed.
     """
     made = Made()
     try:
-        _run(case, folder, made, crack)
+        _run(case, folder, made, crack, before)
     except CraftmeshError as error:
         made.refusal = " ".join(str(error).split())
     return made
 
 
-def _run(case: Drawn, folder: Path, made: Made, crack: Crack | None) -> None:
+def _run(case: Drawn, folder: Path, made: Made, crack: Crack | None, before: Made | None) -> None:
     surface, _ = remesh(case.voxels)
     made.stage = "crack"
     crack = crack or _crack(case, surface)
@@ -71,7 +75,16 @@ def _run(case: Drawn, folder: Path, made: Made, crack: Crack | None) -> None:
     write_surface(folder / "gradated.vtp", made.gradated)
     (folder / "gradate.json").write_text(json.dumps(report, default=_plain))
     made.stage = "tetrahedralize"
-    mesh, report = _meshed(case, made, crack)
+    if before is None or before.mesh is None or before.history is None:
+        mesh, report = _meshed(case, made, crack)
+        made.history = history_of(mesh, sizing)
+    else:
+        options = StageOptions(RenewOptions("always"))
+        islands = find_islands(case.voxels)
+        found = renew_mesh(before.mesh, before.history, surface, crack, sizing, options, islands)
+        mesh, report, made.history = found.mesh, found.report, found.history
+        made.warnings += found.warnings
+        made.renewed = report["renewed"]["share"]
     made.mesh = mesh
     write_tets(folder / "volume.vtu", mesh)
     (folder / "meshing.json").write_text(json.dumps(report, default=_plain))

@@ -23,28 +23,41 @@ from trials.verdict import faults_of
 
 STREAM = 77  # of the random numbers that say how far a seed's crack goes
 STEPS_IN_L_MIN = (1.5, 2.0, 3.0)  # by how much it grows at each increment
-KEPT = ("tets", "flat", "ar_under_5_pct", "poor_pct", "dihedral_min", "front_node", "facet", "faults")
+KEPT = (
+    "renewed",
+    "tets",
+    "flat",
+    "ar_under_5_pct",
+    "poor_pct",
+    "dihedral_min",
+    "front_node",
+    "facet",
+    "faults",
+)
 
 
 class Stopped(Exception):
     """A verb of the loop that refused, and what it said."""
 
 
-def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool, correct: bool = True) -> dict:
+def closed_loop(
+    case: Drawn, folder: Path, increments: int, judged: bool, correct: bool = True, reuse: bool = False
+) -> dict:
     """Return a row for each increment that became a deck, and why the growth ended before its time.
 
     The body is pulled along the axis nearest to the first crack's normal, K found with quarter points.
-    correct: lay each strip again, turned by the kinks at its end, as campaigns do.
+    correct: lay each strip again, turned by the kinks at its end, as campaigns do. reuse: renew the mesh of
+    the increment before.
     """
     write_labels(folder / "labels.npz", case.voxels)
     extension = _extension(case)
     found: dict = {"extension": extension, "rows": [], "ended": "", "faults": {}}
-    crack, load = None, ""
+    crack, load, made = None, "", None
     for increment in range(increments):
         own = folder / f"{increment:03d}"
         own.mkdir()
-        made = run_chain(case, own, crack=crack)
-        row = checked(case, made)
+        made = run_chain(case, own, crack=crack, before=made if reuse else None)
+        row = checked(case, made) | {"renewed": made.renewed}
         if made.deck is not None and judged:
             row |= judge(made.deck)
         row["faults"] = faults_of(row)
@@ -52,7 +65,7 @@ def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool, correc
         if made.mesh is None:
             found["ended"] = f"{increment:03d}: {made.stage}: {made.refusal}"
             break
-        found["rows"].append({key: row[key] for key in KEPT if key in row})
+        found["rows"].append({key: row[key] for key in (*KEPT, "renewed") if key in row})
         crack = read_crack(own / "crack.vtp")
         if not crack.fronts:
             found["ended"] = f"{increment:03d}: the crack parts the body"
