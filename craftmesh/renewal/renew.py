@@ -211,8 +211,8 @@ def _filled(
 
 def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> None:
     """Raise CraftmeshError for poor new tets, and for grains of another volume than in `surface`."""
-    measures = shape_measures(renewed.points, renewed.tets)
-    poor = int((is_poor(measures) | is_flat(measures))[renewed.origin < 0].sum())
+    measures = shape_measures(renewed.points, renewed.tets[renewed.origin < 0])
+    poor = int((is_poor(measures) | is_flat(measures)).sum())
     if poor:
         raise CraftmeshError(f"{poor} tetrahedra of the renewed part would be poor")
     now, wanted = (_volumes(one) for one in (renewed.surface, surface))

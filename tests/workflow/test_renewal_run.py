@@ -17,10 +17,10 @@ CASES = "case\tmicrostructure\tcrack\tincrements\tgrowth\ntiny\tsynthetic\ttilte
 CONFIG = """
 cases: cases.tsv
 chunks: 2
-generate: {shape: [20, 20, 20], grains: 3}
+generate: {shape: [24, 24, 24], grains: 3}
 sizing: {l0: 1.5, l_min: 0.8, l_max: 3.0, r0: 2.0, r1: 4.0}
 cracks:
-  tilted: {centre: [10.0, 10.0, 10.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
+  tilted: {centre: [12.0, 12.0, 12.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
 grow: {extension: 0.5}
 renew: {reuse: always}
 """
