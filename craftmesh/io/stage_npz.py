@@ -104,8 +104,8 @@ def write_map(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None
     """Write the map from an old mesh to the new mesh that replaces it, completely or not at all.
 
     Arrays: `nodes` (n,) and `elements` (m,), the row in the new mesh of each old node and element, or -1;
-    `lengths` (k,), the target lengths for which the new mesh's nodes were made; `aspect_ratio` and `cell`, the
-    mean aspect ratio of the last mesh that was made from scratch, and the edge of its lattice's first cells.
+    `lengths` (k,), the target lengths for which the new mesh's nodes were made; of the last mesh that was
+    made from scratch `aspect_ratio`, its mean, and `cell`, the edge of its lattice's first cells.
     """
     write_arrays(path, {"format": np.array(MAP_FORMAT), **{name: arrays[name] for name in _MAP_ENTRIES}})
 
