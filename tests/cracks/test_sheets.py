@@ -5,9 +5,10 @@ import re
 
 import numpy as np
 import pytest
+import shapely
 from given_cracks import wavy_disc
 
-from craftmesh.cracks.height_parts import best_fit_frame, least_steep
+from craftmesh.cracks.height_parts import best_fit_frame, fold_of, least_steep
 from craftmesh.cracks.one_sheet import without_slivers
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
@@ -30,6 +31,22 @@ def kinked(length, width, degrees, rows=8) -> tuple[np.ndarray, np.ndarray]:
     past = np.maximum(uv[:, 0], 0)
     x = np.minimum(uv[:, 0], 0) + past * np.cos(np.radians(degrees))
     return np.stack([x, uv[:, 1], past * np.sin(np.radians(degrees))], axis=1) + 5.0, triangles
+
+
+def test_a_union_that_fails_on_exact_corners_is_made_on_a_grid(monkeypatch):
+    points, triangles = kinked(4.0, 2.0, 40.0)
+    folded = np.concatenate([triangles, triangles[:4]])
+    found = fold_of(points, triangles), fold_of(points, folded)
+    union = shapely.union_all
+
+    def fails(polygons, grid_size=None):
+        if grid_size is None:
+            raise shapely.GEOSException("side location conflict")
+        return union(polygons, grid_size=grid_size)
+
+    monkeypatch.setattr(shapely, "union_all", fails)
+    assert (fold_of(points, triangles), fold_of(points, folded)) == found
+    assert not found[0] and "overlaps" in found[1]
 
 
 def test_the_direction_is_the_best_of_many():
