@@ -1,11 +1,13 @@
 """Growth of a crack by one increment: move every front, and join old and new front by a strip."""
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
 
-from craftmesh.cracks.height_parts import best_fit_frame
+from craftmesh.cracks.height_parts import best_fit_frame, kinks_of
 from craftmesh.cracks.merged_sheets import merged_sheets
 from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import one_crack, sheets
@@ -13,7 +15,13 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest
-from craftmesh.growth.new_front import new_front, strip_triangles, with_front_points
+from craftmesh.growth.new_front import (
+    broken_through,
+    new_front,
+    stopped_outside,
+    strip_triangles,
+    with_front_points,
+)
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.types import Crack
 
@@ -28,24 +36,47 @@ CORNER = 3.0
 # Distance, in edges, within which two surfaces one above the other become one. Parallel surfaces 0.1 l_min
 # apart left slivers and facets 0.1 l_min off; surfaces 0.3 l_min apart left none.
 MERGED = 0.3
-# Factors on the fit's smoothing length, tried in turn until the grown surface is a valid crack.
-COARSER = (1, 2, 4, 8)
+# Attempts at a valid surface, in turn: the repair, the factor on the fit's smoothing length, the fraction
+# of the step, and whether points that leave the box stop just outside it, where the surface may fold. A
+# front that leaves the box whole then goes straight on.
+ATTEMPTS = (
+    ("", 1, 1.0, False),
+    ("stopped", 1, 1.0, True),
+    *(("smoothed", coarser, 1.0, True) for coarser in (2, 4, 8)),
+    *(("shortened", 1, share, True) for share in (1 / 2, 1 / 4)),
+)
+FOLDED = 90.0  # degrees between triangles from which a strip counts as folded; a crack kinks by at most 71
+# What was done to a new front or strip, for the report; the counts of `grow`'s repairs have these keys.
+REPAIRS = {
+    "loops": "a front crossed itself; the loop is cut off",
+    "ends": "a front came back into the body at its end; the end is cut off",
+    "ligaments": "a ligament thinner than an edge of the front is broken through",
+    "stopped": "a strip folded outside the body; it ends just outside",
+    "smoothed": "a strip folded; its moves are smoothed over a longer length",
+    "shortened": "a strip folded; it is half or a quarter of the step",
+}
 LEAST_ROWS = 3  # fewest rows of a surface or front that grows; fewer give no spacing, and it soon vanishes
 
 
-def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack | None:
+def grow(
+    crack: Crack,
+    along: FrontStep,
+    box: np.ndarray,
+    options: SmoothingOptions,
+    repairs: Counter[str] | None = None,
+) -> Crack | None:
     """Return the crack with its fronts moved; None if no front is left inside the box (2, 3).
 
     The moves are smoothed along each front (the paper, section 2). Front ends that lie on the box move to
     it or beyond. A strip joins old and new front. In a crack of several surfaces each grows by the rows of
     its own fronts, and stays if it has too few. Surfaces that almost coincide become one. Surfaces that
     coincide exactly stay two: the part of a front inside the other surface has no rows, and moves like the
-    rest. Raise CraftmeshError for rows that lie on no front, and if the grown surface is no crack (folded,
-    torn).
+    rest. REPAIRS are counted in `repairs`. Raise CraftmeshError for rows that lie on no front, and if the
+    grown surface is no crack (folded, torn) after each of ATTEMPTS.
     """
-    parts = sheets(crack)
+    parts, repairs = sheets(crack), Counter() if repairs is None else repairs
     if len(parts) == 1:
-        grown = _grown(crack, along, box, options)
+        grown = _grown(crack, along, box, options, repairs)
     else:
         lines = [polyline(part.points[front]) for part in parts for front in part.fronts]
         of_line = np.repeat(np.arange(len(parts)), [len(part.fronts) for part in parts])
@@ -54,7 +85,7 @@ def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOpti
         rows = [along.rows((owner == k) & clear) for k in range(len(parts))]
         grown = one_crack(
             [
-                _grown(part, own, box, options) if len(own.points) >= LEAST_ROWS else part
+                _grown(part, own, box, options, repairs) if len(own.points) >= LEAST_ROWS else part
                 for part, own in zip(parts, rows)
             ]
         )
@@ -79,24 +110,43 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     return scipy.spatial.cKDTree(corners).query(places)[0] > CORNER * spacing
 
 
-def _grown(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack:
+def _grown(
+    crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions, repairs: Counter[str]
+) -> Crack:
     """Return one surface with its fronts moved; it has no fronts if none is left inside the box.
 
-    If the result is no valid crack, the moves are smoothed more (COARSER), up to the last factor.
+    ATTEMPTS follow each other until the result is a valid crack without new kinks over FOLDED. If all have
+    such kinks, the first valid one counts. Only the fit can smooth more.
     """
     box = np.asarray(box, float)
     rows = _rows_by_front(crack, along.points)
+    allowed = max(FOLDED, kinks_of(crack.points, crack.triangles).sharpest)
     folded: CraftmeshError | None = None
-    for coarser in COARSER if options.smoothing == "fit" else COARSER[:1]:
-        points, triangles, fronts = _with_strips(crack, along, rows, box, options, coarser)
-        if not any(_meets(front, box) for front in fronts):
-            return Crack(points, triangles, ())
+    kinked: tuple[Crack, Counter[str]] | None = None
+    for repair, coarser, share, stops in ATTEMPTS:
+        if coarser > 1 and options.smoothing != "fit":
+            continue
+        own = replace(along, extension=share * along.extension)
+        done = Counter([repair] if repair else [])
+        laid = _with_strips(crack, own, rows, box, options, (coarser, stops), done)
+        points, triangles, fronts = laid
         try:
-            return crack_from_triangles(points, triangles, fronts, box)
+            if not any(_meets(front, box) for front in fronts):
+                result = Crack(points, triangles, ())
+            else:
+                result = crack_from_triangles(points, triangles, fronts, box)
         except CraftmeshError as error:
             folded = folded or error
-    assert folded is not None
-    raise folded
+            continue
+        kinked = kinked or (result, done)
+        if kinks_of(points, triangles).sharpest <= allowed:
+            kinked = result, done
+            break
+    if kinked is None:
+        assert folded is not None
+        raise folded
+    repairs.update(kinked[1])
+    return kinked[0]
 
 
 def _with_strips(
@@ -105,13 +155,15 @@ def _with_strips(
     rows: list[tuple[np.ndarray, np.ndarray]],
     box: np.ndarray,
     options: SmoothingOptions,
-    coarser: float,
+    how: tuple[float, bool],
+    repairs: Counter[str],
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Return points, triangles and new fronts (k, 3) of a surface with a strip ahead of each front.
 
     Where rows stay, the front stays and there is no strip. rows: ids and arc lengths of each front's rows;
-    coarser: factor on the smoothing length.
+    how: factor on the smoothing length, and whether points stop just outside the box.
     """
+    coarser, stops = how
     spacing = row_spacing(along.points) / FINENESS
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
@@ -126,7 +178,13 @@ def _with_strips(
         old = polyline(points[ids])
         rest = points_at_rest(old, s, goes)
         moves = beside_rest(old, rest, moves_along(old, s, own, options, coarser))
-        moved = new_front(old, moves, box, frame, spacing)
+        if stops and not _meets(old.points + moves, box):
+            straight = replace(own, kink_angle=np.zeros_like(own.kink_angle))
+            moves = beside_rest(old, rest, moves_along(old, s, straight, options, coarser))
+        moves = stopped_outside(old.points, moves, box) if stops else moves
+        moved = new_front(old, moves, box, frame, spacing, repairs)
+        places = broken_through(moved.points, box, frame[2], FINENESS * spacing, repairs)
+        moved = moved._replace(points=np.where(moved.stays[:, None], moved.points, places))
         count = len(moved.points) - old.closed  # a closed front ends with its first point
         added = ~moved.stays[:count]
         new = np.where(added, len(points) + np.cumsum(added) - 1, 0)

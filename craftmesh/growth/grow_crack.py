@@ -1,5 +1,6 @@
 """Grow a crack by one increment by the columns of sif.csv, and find out why it stops."""
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import corrected
 from craftmesh.growth.extension import ENDS, STAYS, UNSTABLE, has_way
 from craftmesh.growth.front_step import FrontStep, Step
-from craftmesh.growth.grow import grow, row_spacing
+from craftmesh.growth.grow import REPAIRS, grow, row_spacing
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.trust import trusted
 from craftmesh.types import Crack, Surface, Voxels
@@ -55,15 +56,17 @@ def grow_crack(
     grown: Crack | None = crack
     words = list(ways.get("stays", ()))
     stays = {word: words.count(word) for word in STAYS if word in words}
+    repairs: Counter[str] = Counter()
     if (along.extension > 0).any() and not stays.keys() & ENDS:
         try:
             better = step if last is None else corrected(last, step, box, options)
-            grown, step = grow(better.crack, better.along, box, options), better
+            grown, step = grow(better.crack, better.along, box, options, repairs), better
         except CraftmeshError as error:
             if last is None:
                 raise
             warnings += [f"its last strip stays uncorrected for the kinks at its end: {error}"]
-            grown = grow(crack, along, box, options)
+            repairs.clear()
+            grown = grow(crack, along, box, options, repairs)
     if grown is None or not len(along.points):
         ended = LEFT
     elif grown is crack:
@@ -73,6 +76,7 @@ def grow_crack(
     else:
         ended = _severed(body, grown)
     left = crack if grown is None or ended else grown
+    repairs = Counter() if ended else repairs
     now, goes = step.along.binormal, along.extension > 0
     turn = np.arctan2((now * along.normal).sum(axis=1), (now * along.binormal).sum(axis=1))
     report = {
@@ -83,7 +87,9 @@ def grow_crack(
         "ended": ended,
         "stays": stays,
         "corrected": _range(np.degrees(turn)),
+        "repairs": dict(repairs),
     }
+    warnings += [f"{count} x {REPAIRS[name]}" for name, count in repairs.items()]
     return Grown(left, step, ended, tuple(warnings)), report
 
 

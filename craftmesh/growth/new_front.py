@@ -1,5 +1,6 @@
 """The front after one extension, and the strip of new crack surface between old and new front."""
 
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -83,47 +84,133 @@ class NewFront(NamedTuple):
     stays: np.ndarray
 
 
+def stopped_outside(points: np.ndarray, moves: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return moves (k, 3) of points in the box (2, 3), cut where they are BEYOND their length outside."""
+    beyond = BEYOND * np.linalg.norm(moves, axis=1, keepdims=True)
+    room = np.where(moves > 0, box[1] - points, points - box[0]) + beyond
+    share = (room / np.maximum(np.abs(moves), room)).min(axis=1)
+    return share[:, None] * moves
+
+
 def new_front(
-    old: Polyline, moves: np.ndarray, box: np.ndarray, frame: np.ndarray, spacing: float
+    old: Polyline,
+    moves: np.ndarray,
+    box: np.ndarray,
+    frame: np.ndarray,
+    spacing: float,
+    repairs: Counter[str] | None = None,
 ) -> NewFront:
     """Return the front to which `moves` (k, 3) take the points of `old`, sampled about every `spacing`.
 
     box (2, 3); frame (3, 3): rows u, v, normal; loops are found in the plane (u, v). Ends of an open front
     that lie on a box plane move beyond it. A concave front that moves farther than its radius forms loops;
-    they are cut off. Points without a move stay.
+    they are cut off. Points without a move stay. No spline runs through the corners that this leaves.
+    repairs: counts of loops and ends that are cut off, to which this front's are added.
     """
+    repairs = Counter() if repairs is None else repairs
     points, origin = old.points + moves, old.arc
     if old.closed:
         points[-1] = points[0]
     else:
         for order, end in ((slice(None), old.points[0]), (slice(None, None, -1), old.points[-1])):
-            found = _carried_out(points[order], origin[order], end, box)
+            found = _carried_out(points[order], origin[order], end, box, frame[2], repairs)
             points, origin = (part[order] for part in found)
-    points, origin = without_loops(points, origin, frame[:2], old.closed)
+    points, origin = without_loops(points, origin, frame[:2], old.closed, repairs)
     stays = np.isin(origin, old.arc[~moves.any(axis=1)])
-    if not stays.any():
-        points, origin = _sampled(points, origin, old.closed, spacing)
+    ends = old.arc[:0] if old.closed else old.arc[[0, -1]]
+    kept = stays | ~np.isin(origin, old.arc) | np.isin(origin, ends)
+    if old.closed and not kept.any():
+        points, origin = _sampled(points, origin, True, spacing)
         return NewFront(points, origin, np.zeros(len(points), bool))
-    return _sampled_between(points, origin, stays, spacing)
+    return _sampled_between(points, origin, stays, kept, spacing)
+
+
+def broken_through(
+    points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: float, repairs: Counter[str]
+) -> np.ndarray:
+    """Return front points (k, 3) without thin ligaments between the front and a face of the box (2, 3).
+
+    A run of points between two points outside one plane becomes the straight line between them, if no point
+    is `width` inside. A run from a point outside that stays within half a width inside over two widths
+    moves out of the box, perpendicular to the crack's normal (3,). Tetrahedra there would be flat.
+    """
+    depths = _depths(points, box)
+    outside = np.flatnonzero(depths.min(axis=1) < 0)
+    result = points.copy()
+    for i, j in zip(outside[:-1].tolist(), outside[1:].tolist()):
+        thin = j > i + 1 and depths[i:j].min(axis=1).max() < width
+        if thin and (depths[[i, j]] < 0).all(axis=0).any():
+            result[i : j + 1] = np.linspace(points[i], points[j], j - i + 1)
+            repairs["ligaments"] += 1
+    for i in outside.tolist():
+        for ahead in (result[i:], result[i::-1]):
+            moved = _off_face(ahead, box, normal, width)
+            ahead[1 : len(moved) + 1] = moved
+            repairs.update(["ligaments"] if len(moved) else [])
+    return result
+
+
+def _depths(points: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return the depths (k, 6) of points (k, 3) inside the planes of a box (2, 3)."""
+    return np.concatenate([points - box[0], box[1] - points], axis=1)
+
+
+def _off_face(points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: float) -> np.ndarray:
+    """Return new points (j, 3) for those after the first that stay near a face over two widths.
+
+    The first of the points (k, 3) is outside. j is 0 if the front gets half a width deep before, or if a
+    new point would be farther than two widths away.
+    """
+    depths = _depths(points, box)
+    plane = int(depths[0].argmin())
+    depth = depths[1:, plane]
+    deep = depth >= width / 2
+    count = int(np.argmax(deep)) if deep.any() else 0
+    thin = points[1 : count + 1]
+    is_long = count and np.linalg.norm(points[count + 1] - points[1]) > 2 * width
+    if not is_long or (depths[1 : count + 1] < 0).any():
+        return thin[:0]
+    outward, beyond = np.sign(plane - 2.5) * np.eye(3)[plane % 3], BEYOND * width / 2
+    moved = [_aside(place, far + beyond, outward, normal, 2 * width) for place, far in zip(thin, depth)]
+    return thin[:0] if any(place is None for place in moved) else np.array(moved, float)
 
 
 def _carried_out(
-    points: np.ndarray, origin: np.ndarray, end: np.ndarray, box: np.ndarray
+    points: np.ndarray,
+    origin: np.ndarray,
+    end: np.ndarray,
+    box: np.ndarray,
+    normal: np.ndarray,
+    repairs: Counter[str],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points and origin of a moved front whose first point lies beyond a box plane of its old `end`.
 
-    If the first point is not beyond, the front is continued straight past the nearest of these planes. If
-    that is too far, the end's move is turned into the planes and BEYOND them; the turn fades along the
-    front over one length of the move. An end on no box plane is returned as it is.
+    A front that comes back into the box within one length of the end's move is cut off before. If the first
+    point is not beyond, the front is continued past the nearest of these planes: straight on, or in the
+    crack's plane with this `normal` (3,) if the point is out of the box by another plane. If that is too
+    far, the end's move is turned into the planes and BEYOND them; the turn fades along the front over one
+    length of the move. An end on no box plane is returned as it is.
     """
     sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
-    move = points[0] - end
-    size = float(np.linalg.norm(move))
-    outward = np.where(sides, 1.0, -1.0)
-    depths = (box[sides, axes] - points[:, axes]) * outward
-    if not size or (depths[0] < -BEYOND * size).any():
+    size = float(np.linalg.norm(points[0] - end))
+    if not size or not len(sides):
         return points, origin
-    found = [_straight_on(points, depth, size) for depth in depths.T]
+    outside = ((points < box[0]) | (points > box[1])).any(axis=1)
+    last = int(np.flatnonzero(outside & (np.abs(origin - origin[0]) <= size)).max(initial=0))
+    if not outside[:last].all():
+        repairs["ends"] += 1
+        points, origin = points[last:], np.append(origin[0], origin[last + 1 :])
+    outward, move = np.where(sides, 1.0, -1.0), points[0] - end
+    depths = (box[sides, axes] - points[:, axes]) * outward
+    if (depths[0] < -BEYOND * size).any():
+        return points, origin
+    past = np.delete((points[0] < box[0]) | (points[0] > box[1]), axes).any()
+    found = [
+        _aside(points[0], depth[0] + BEYOND * size, way, normal, size)
+        if past
+        else _straight_on(points, depth, size)
+        for depth, way in zip(depths.T, outward[:, None] * np.eye(3)[axes])
+    ]
     reached = [place for place in found if place is not None]
     if reached:
         nearest = min(reached, key=lambda place: float(np.linalg.norm(place - points[0])))
@@ -154,8 +241,20 @@ def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarr
     return points[0] + way * (max(depth[0] / rise, 0.0) + BEYOND * size)
 
 
+def _aside(
+    place: np.ndarray, depth: float, outward: np.ndarray, normal: np.ndarray, size: float
+) -> np.ndarray | None:
+    """Return the point (3,) that lies `depth` farther outward than a place; None if it is over size away.
+
+    The way to it is perpendicular to the crack's normal.
+    """
+    way = outward - (outward @ normal) * normal
+    step = depth / max(float(way @ outward), np.finfo(float).tiny) * way
+    return place + step if np.linalg.norm(step) <= size else None
+
+
 def without_loops(
-    points: np.ndarray, origin: np.ndarray, axes: np.ndarray, closed: bool
+    points: np.ndarray, origin: np.ndarray, axes: np.ndarray, closed: bool, repairs: Counter[str]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points (k, 3) and origin (k,) without the loops in their projection on `axes` (2, 3).
 
@@ -168,6 +267,7 @@ def without_loops(
         i, j, shares = _first_crossing(points @ axes.T, closed)
         if i < 0:
             break
+        repairs["loops"] += 1
         passed = points[[i, j]] + shares[:, None] * (points[[i + 1, j + 1]] - points[[i, j]])
         meet, half = passed.mean(axis=0), (passed[1] - passed[0]) / 2
         at = origin[i] + shares[0] * (origin[i + 1] - origin[i])
@@ -213,9 +313,11 @@ def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, np.ndarray]
     return -1, -1, np.zeros(2)
 
 
-def _sampled_between(points: np.ndarray, origin: np.ndarray, stays: np.ndarray, spacing: float) -> NewFront:
-    """Return the front through points (k, 3) that keeps points that stay (k,), and samples between them."""
-    breaks = np.unique([0, *np.flatnonzero(stays), len(points) - 1])
+def _sampled_between(
+    points: np.ndarray, origin: np.ndarray, stays: np.ndarray, kept: np.ndarray, spacing: float
+) -> NewFront:
+    """Return the front through points (k, 3) with those that are `kept` (k,), and samples between them."""
+    breaks = np.unique([0, *np.flatnonzero(kept), len(points) - 1])
     found = [NewFront(points[:1], origin[:1], stays[:1])]
     for i, j in zip(breaks[:-1].tolist(), breaks[1:].tolist()):
         places, arcs = points[[i, j]], origin[[i, j]]

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from craftmesh.growth.grow import REPAIRS
 from craftmesh.growth.trust import Trust, doubted_sentence, trusted
 from craftmesh.mechanics.crystals import described_materials
 from craftmesh.mechanics.materials import parse_materials
@@ -175,10 +176,15 @@ def with_error(value: float, error: float) -> str:
 
 
 def outcome(case: Case) -> str:
-    """Return sentences on the progress of a case, and on increments with fronts whose K is not reliable."""
+    """Return sentences on the progress of a case, its doubtful fronts, and its repaired grown cracks."""
     found = [(one.name, trust_of(one.front).doubted) for one in case.increments if one.front is not None]
     doubts = [f"Increment {name}: {doubted_sentence(fronts)}." for name, fronts in found if fronts]
-    return " ".join([_outcome(case), *doubts])
+    repairs = [
+        f"Growth from increment {one.name}: {REPAIRS[name]} ({count} times)."
+        for one in case.increments
+        for name, count in (one.growth or {}).get("repairs", {}).items()
+    ]
+    return " ".join([_outcome(case), *doubts, *repairs])
 
 
 def _outcome(case: Case) -> str:

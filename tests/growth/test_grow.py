@@ -1,5 +1,6 @@
 """Whole cracks after growth: where the theory says, and still cracks."""
 
+from collections import Counter
 from dataclasses import fields, replace
 
 import numpy as np
@@ -7,16 +8,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from craftmesh.cracks.height_parts import kinks_of
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles, one_crack, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth import grow as growth
 from craftmesh.growth.extension import kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
-from craftmesh.growth.grow import grow
+from craftmesh.growth.grow import FOLDED, grow
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.growth.steps import crack_size
 from craftmesh.surface.measure import area_vectors
@@ -192,6 +195,22 @@ def test_a_crack_that_leaves_by_several_faces_ends_in_the_body_at_its_fronts_alo
 
 def _edges(line):
     return {(min(pair), max(pair)) for pair in zip(line[:-1].tolist(), line[1:].tolist())}
+
+
+def test_a_strip_that_folds_is_laid_again(monkeypatch):
+    """Kinks that jump by 80 degrees between rows, without smoothing: a shorter strip does not fold."""
+    crack = prescribed_crack(BOX, PENNY)
+    rows = along(crack, GrowthOptions(extension=3.0))
+    kink = np.radians(40) * (-1.0) ** np.arange(len(rows.points))
+    rows, options = replace(rows, kink_angle=kink), SmoothingOptions(smoothing="none")
+    repairs: Counter[str] = Counter()
+    grown = grow(crack, rows, BOX, options, repairs)
+    assert repairs == {"shortened": 1}
+    assert kinks_of(grown.points, grown.triangles).sharpest <= FOLDED
+    assert crack_area(grown) > crack_area(crack)
+    monkeypatch.setattr(growth, "ATTEMPTS", growth.ATTEMPTS[:1])
+    with pytest.raises(CraftmeshError, match="folded"):
+        grow(crack, rows, BOX, options)
 
 
 def test_the_normal_of_an_end_does_not_turn_the_front():

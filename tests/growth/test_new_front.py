@@ -1,5 +1,6 @@
 """Fronts after an extension: parallel curves, loops cut off, ends beyond their planes."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.growth.correct import LEFT, SHARE
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest, smoothed
-from craftmesh.growth.new_front import new_front
+from craftmesh.growth.new_front import BEYOND, broken_through, new_front, stopped_outside
 from craftmesh.growth.options import SmoothingOptions
 
 BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
@@ -115,6 +116,67 @@ def test_a_front_that_meets_a_plane_at_a_low_angle_leaves_it():
     points[[0, -1], 1] = 0.0
     moved = new_front(polyline(points), 1.5 * out, BOX, FRAME, 0.25)
     assert np.linalg.norm(moved.points - middle, axis=1) == pytest.approx(9.5, abs=0.01)
+
+
+def test_a_front_that_comes_back_into_the_body_at_its_end_leaves_it_once():
+    """A straight front from x = 0 goes by 1.5 along y; noise takes points near its end out of the box."""
+    x = np.linspace(0, 20, 200)
+    moves = np.tile([0.0, 1.5, 0.0], (200, 1))
+    moves[5:8, 0] = -x[5:8] - 0.2
+    repairs: Counter[str] = Counter()
+    points = np.stack([x, np.full(200, 10.0), np.full(200, 10.0)], axis=1)
+    moved = new_front(polyline(points), moves, BOX, FRAME, 0.25, repairs)
+    assert repairs == {"ends": 1}
+    outside = moved.points[: len(moved.points) // 2, 0] < 0
+    assert np.abs(np.diff(outside.astype(int))).sum() == 1
+    assert moved.points[~(moved.points[:, 0] < 1), 1] == pytest.approx(11.5)
+
+
+@pytest.mark.parametrize("drift", [0.5, -0.5])
+def test_a_front_that_leaves_by_another_face_is_beyond_the_face_of_its_end_too(drift):
+    """A front from y = 20, 1.5 away from the edge x = y = 20 of the box, leaves by x = 20."""
+    y = np.linspace(20, 2, 100)
+    points = np.stack([18.5 - (20 - y) / 2, y, np.full(100, 10.0)], axis=1)
+    moves = np.tile([2.4, drift, 0.0], (100, 1))
+    moved = new_front(polyline(points), moves, BOX, FRAME, 0.25)
+    between = points[0] + np.linspace(0, 1, 20)[1:, None] * (moved.points[0] - points[0])
+    assert (between[:, :2] > 20).any(axis=1).all()
+
+
+def test_only_ligaments_thinner_than_the_width_are_broken_through():
+    turn = np.linspace(0, np.pi, 41)
+    points = np.stack([turn, 0.6 * np.sin(turn) - 0.2, np.full(41, 10.0)], axis=1) + [5.0, 0.0, 0.0]
+    repairs: Counter[str] = Counter()
+    assert (broken_through(points, BOX, FRAME[2], 0.39, repairs) == points).all() and not repairs
+    broken = broken_through(points, BOX, FRAME[2], 0.41, repairs)
+    assert repairs == {"ligaments": 1} and (broken[:, 1] < 0).all()
+    assert (broken[[0, -1]] == points[[0, -1]]).all()
+
+
+@pytest.mark.parametrize("slope, breaks", [(5, True), (30, False), (90, False)])
+def test_a_front_along_a_face_leaves_the_body_where_it_gets_deeper(slope, breaks):
+    way = np.array([np.cos(np.radians(slope)), np.sin(np.radians(slope)), 0.0])
+    points = np.array([2.0, 0.0, 10.0]) + np.arange(-1, 60)[:, None] * 0.25 * way
+    for line in (points, points[::-1]):
+        repairs: Counter[str] = Counter()
+        broken = broken_through(line, BOX, FRAME[2], 1.0, repairs)
+        assert repairs == ({"ligaments": 1} if breaks else {})
+        deep = (line[:, 1] >= 0.5) | (line[:, 1] < 0) | (not breaks)
+        assert (broken[deep] == line[deep]).all() and (broken[~deep, 1] < 0).all()
+        assert np.abs(broken - line).max() < 0.5 + BEYOND
+
+
+def test_stopped_points_lie_just_outside_and_others_go_all_the_way():
+    rng = np.random.default_rng(0)
+    points, moves = rng.uniform(0, 20, (500, 3)), rng.normal(0, 8, (500, 3))
+    stopped = stopped_outside(points, moves, BOX)
+    size = np.linalg.norm(moves, axis=1)
+    far = np.maximum(BOX[0] - points - stopped, points + stopped - BOX[1]).max(axis=1)
+    whole = np.maximum(BOX[0] - points - moves, points + moves - BOX[1]).max(axis=1)
+    goes = whole <= BEYOND * size
+    assert 100 < goes.sum() < 400
+    assert stopped[goes] == pytest.approx(moves[goes])
+    assert far[~goes] == pytest.approx(BEYOND * size[~goes])
 
 
 @pytest.mark.parametrize("smoothing", ["fit", "savitzky_golay", "none"])

@@ -6,6 +6,7 @@ import pytest
 from shown_models import asked, write_increment
 
 from craftmesh.cli import main
+from craftmesh.growth.grow import REPAIRS
 from craftmesh.report.case_files import read_case, read_cases, stage_costs
 from craftmesh.report.measures import UNIFORM_TETS, outcome, table_row, totals
 
@@ -53,6 +54,9 @@ def test_a_crack_that_stops_says_where_and_why_and_is_shown_no_further(results):
         assert outcome(case) == "The crack stops after increment 000: the crack severs the body."
         growth.write_text(json.dumps({"ended": "", "extension": [0.4, 0.6]}))
         assert outcome(read_case(results / "a")) == "2 increments, as many as requested."
+        growth.write_text(json.dumps({"ended": "", "extension": [0.4, 0.6], "repairs": {"loops": 2}}))
+        said = f"Growth from increment 000: {REPAIRS['loops']} (2 times)."
+        assert said in outcome(read_case(results / "a"))
     finally:
         growth.unlink()
         (results / "a" / "case.json").write_text(json.dumps(record))
