@@ -16,6 +16,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest
 from craftmesh.growth.new_front import (
+    NewFront,
     broken_through,
     new_front,
     stopped_outside,
@@ -45,6 +46,9 @@ ATTEMPTS = (
     *(("smoothed", coarser, 1.0, True) for coarser in (2, 4, 8)),
     *(("shortened", 1, share, True) for share in (1 / 2, 1 / 4)),
 )
+# Numbers of rows of a strip; the first with the fewest kinks counts. Between fronts that are twisted
+# against each other long triangles make a washboard, whose kinks are the twist within a row.
+ROWS = (1, 2, 4, 8)
 FOLDED = 90.0  # degrees between triangles from which a strip counts as folded; a crack kinks by at most 71
 # What was done to a new front or strip, for the report; the counts of `grow`'s repairs have these keys.
 REPAIRS = {
@@ -185,16 +189,35 @@ def _with_strips(
         moved = new_front(old, moves, box, frame, spacing, repairs)
         places = broken_through(moved.points, box, frame[2], FINENESS * spacing, repairs)
         moved = moved._replace(points=np.where(moved.stays[:, None], moved.points, places))
-        count = len(moved.points) - old.closed  # a closed front ends with its first point
-        added = ~moved.stays[:count]
-        new = np.where(added, len(points) + np.cumsum(added) - 1, 0)
-        new[~added] = ids[np.searchsorted(old.arc, moved.origin[:count][~added])]
-        new = np.append(new, new[:1]) if old.closed else new
-        strip = strip_triangles(ids, old.arc, new, moved.origin)
-        points = np.concatenate([points, moved.points[:count][added]])
+        points, strip = min(
+            (_strip(points, ids, old, moved, count) for count in ROWS),
+            key=lambda laid: len(kinks_of(*laid).edges),
+        )
         triangles = np.concatenate([triangles, strip])
         fronts.append(moved.points)
     return points, triangles, fronts
+
+
+def _strip(
+    points: np.ndarray, ids: np.ndarray, old: Polyline, moved: NewFront, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and the triangles (m, 3) of a strip from a front `old` with these ids to the new one.
+
+    The strip has `count` rows of the new front's points, evenly spaced from the old front.
+    """
+    start = old.at(moved.origin)
+    added = ~moved.stays[: len(moved.points) - old.closed]  # a closed front ends with its first point
+    at_rest = ids[np.searchsorted(old.arc, moved.origin[: len(added)][~added])]
+    behind, arc, rows = ids, old.arc, []
+    for share in np.arange(1, count + 1) / count:
+        new = len(points) + np.cumsum(added) - 1
+        new[~added] = at_rest
+        new = np.append(new, new[:1]) if old.closed else new
+        rows.append(strip_triangles(behind, arc, new, moved.origin))
+        places = start + share * (moved.points - start) if share < 1 else moved.points
+        points = np.concatenate([points, places[: len(added)][added]])
+        behind, arc = new, moved.origin
+    return points, np.concatenate(rows)
 
 
 def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from craftmesh.cracks.height_parts import kinks_of
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.polyline import polyline
+from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles, one_crack, sheets
 from craftmesh.cracks.triangulated import boundary_loops
@@ -211,6 +211,24 @@ def test_a_strip_that_folds_is_laid_again(monkeypatch):
     monkeypatch.setattr(growth, "ATTEMPTS", growth.ATTEMPTS[:1])
     with pytest.raises(CraftmeshError, match="folded"):
         grow(crack, rows, BOX, options)
+
+
+def test_a_twisted_strip_is_no_washboard(monkeypatch):
+    """Kinks of up to 65 degrees, to either side along a penny's front, over half of its radius."""
+    crack = prescribed_crack(BOX, PENNY)
+    rows = along(crack, GrowthOptions(extension=3.0))
+    turn = np.arctan2(rows.points[:, 1] - 20, rows.points[:, 0] - 20)
+    rows = replace(rows, kink_angle=np.radians(65) * np.sin(2 * turn))
+    old = polyline(crack.points[crack.fronts[0]])
+
+    def kinks_ahead():
+        grown = grow(crack, rows, BOX, SmoothingOptions())
+        edges = kinks_of(grown.points, grown.triangles).edges
+        return (feet(old, grown.points[edges].mean(axis=1))[1] > 1e-6).sum()
+
+    assert kinks_ahead() == 0
+    monkeypatch.setattr(growth, "ROWS", (1,))
+    assert kinks_ahead() > 0
 
 
 def test_the_normal_of_an_end_does_not_turn_the_front():
