@@ -7,6 +7,7 @@ import argparse
 import json
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 from trials.one_seed import JUDGE, cpu_seconds, script_apart
@@ -14,6 +15,7 @@ from trials.one_seed import JUDGE, cpu_seconds, script_apart
 SIDES = (22, 34)  # voxels
 MOST_TETS = 50_000  # of the first increment
 INCREMENTS = 6
+COLUMNS = ("campaigns", "decks", "ends", "decks with flat tets", "repairs", "trusted, %")  # of `by_kind`
 TIME_LIMIT = 900.0  # s; a seed takes 30 to 120 of CPU
 
 
@@ -30,6 +32,7 @@ def parser() -> argparse.ArgumentParser:
     flags.add_argument("--json", type=Path, metavar="FILE", help="append a line for each seed as it ends")
     flags.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the files of the one seed here")
     flags.add_argument("--time-limit", type=float, default=TIME_LIMIT, metavar="S", help="of one seed")
+    flags.add_argument("--kinds", action="store_true", help="a shape, material and roughness by each seed")
     flags.add_argument("--inside", type=Path, help=argparse.SUPPRESS)
     return flags
 
@@ -44,6 +47,7 @@ def main() -> None:
     flags = ["--increments", str(arguments.increments)]
     flags += [] if arguments.correct else ["--no-correct"]
     flags += ["--reuse"] if arguments.reuse else []
+    flags += ["--kinds"] if arguments.kinds else []
     flags += ["--judge"] if arguments.judge and JUDGE.exists() else []
     flags += ["--keep", str(arguments.keep.resolve())] if arguments.keep else []
     rows = []
@@ -55,16 +59,19 @@ def main() -> None:
             with arguments.json.open("a") as stream:
                 stream.write(json.dumps(row) + "\n")
     print(f"\n{summary(rows)}")
+    if arguments.kinds:
+        print(f"\n{by_kind(rows)}")
 
 
 def run_inside(arguments: argparse.Namespace) -> None:
     """Draw one seed's case and let it grow in this process; write its row."""
     from trials import drawing
     from trials.closed_loop import closed_loop
+    from trials.kinds import draw_kind
 
     drawing.MOST_TETS = MOST_TETS
-    case = drawing.draw_one(arguments.first, SIDES)
-    row = {"seed": arguments.first, "words": case.words, "l_min": case.sizes.l_min}
+    case = draw_kind(arguments.first) if arguments.kinds else drawing.draw_one(arguments.first, SIDES)
+    row = {"seed": arguments.first, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
     arguments.inside.write_text(json.dumps(row))
     with tempfile.TemporaryDirectory() as scratch:
         folder = arguments.keep or Path(scratch)
@@ -99,6 +106,24 @@ def summary(rows: list[dict]) -> str:
         if known:
             lines.append(f"worst {key}: {worst(known):.4g}")
     return "\n".join(lines)
+
+
+def by_kind(rows: list[dict]) -> str:
+    """Return a markdown table: campaigns, ends by reason, flat tets and trusted K for each kind."""
+    kinds = sorted({(key, row[key]) for row in rows for key in ("crack", "volume", "relief")})
+    lines = [" | ".join(("kind", *COLUMNS)), " | ".join(["---"] * (len(COLUMNS) + 1))]
+    for key, kind in [*kinds, ("", "all")]:
+        own = [row for row in rows if not key or row[key] == kind]
+        decks = [deck for row in own for deck in row.get("rows", [])]
+        ends = Counter(row.get("end") or "fault: crash" for row in own)
+        nodes = sum(deck.get("nodes", 0) for deck in decks)
+        told = "; ".join(f"{end} {count}" for end, count in sorted(ends.items()))
+        flat = sum(deck["flat"] > 0 for deck in decks)
+        trusted = 100 * sum(deck.get("trusted", 0) for deck in decks) / max(nodes, 1)
+        repairs = sum(sum((deck.get("repairs") or {}).values()) for deck in decks)
+        cells = (kind, len(own), len(decks), told, flat, repairs, f"{trusted:.1f}")
+        lines.append(" | ".join(map(str, cells)))
+    return "\n".join(f"| {line} |" for line in lines)
 
 
 if __name__ == "__main__":

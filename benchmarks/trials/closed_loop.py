@@ -9,7 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.cli import main
-from craftmesh.io.front_csv import write_front
+from craftmesh.growth.extension import UNSTABLE
+from craftmesh.growth.grow_crack import LEFT, STANDS
+from craftmesh.growth.trust import DOUBTED
+from craftmesh.io.front_csv import front_columns, write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import read_crack
 from craftmesh.mesh.front_frames import front_frames
@@ -17,6 +20,7 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 from trials.chain import run_chain
 from trials.drawing import Drawn
+from trials.kinds import MATERIALS
 from trials.one_seed import checked, judge
 from trials.sheets import Sheet
 from trials.verdict import faults_of
@@ -34,6 +38,22 @@ KEPT = (
     "facet",
     "faults",
 )
+# Ends that are the crack's own, by their first words; any other end is a fault of the program.
+PHYSICS = {
+    "the crack parts the body": "severed",
+    "the crack severs the body": "severed",
+    LEFT: "left the body",
+    STANDS: "arrested",
+    f"the crack is {UNSTABLE}": "unstable",
+}
+DONE = "all increments done"
+
+
+def kind_of_end(ended: str) -> str:
+    """Return the kind of an end, `NNN: reason`, in a few words; a fault keeps the stage's name."""
+    reason = ended.partition(": ")[2]
+    known = (kind for start, kind in PHYSICS.items() if reason.startswith(start))
+    return DONE if not ended else next(known, f"fault: {reason.partition(':')[0]}")
 
 
 class Stopped(Exception):
@@ -53,6 +73,7 @@ def closed_loop(
     extension = _extension(case)
     found: dict = {"extension": extension, "rows": [], "ended": "", "faults": {}}
     crack, load, made = None, "", None
+    material = MATERIALS.get(case.kinds["volume"].split()[0], MATERIALS["isotropic"])
     for increment in range(increments):
         own = folder / f"{increment:03d}"
         own.mkdir()
@@ -65,7 +86,8 @@ def closed_loop(
         if made.mesh is None:
             found["ended"] = f"{increment:03d}: {made.stage}: {made.refusal}"
             break
-        found["rows"].append({key: row[key] for key in (*KEPT, "renewed") if key in row})
+        found["rows"].append({key: row[key] for key in KEPT if key in row})
+        row = found["rows"][-1]
         crack = read_crack(own / "crack.vtp")
         if not crack.fronts:
             found["ended"] = f"{increment:03d}: the crack parts the body"
@@ -74,16 +96,18 @@ def closed_loop(
         write_front(own / "front.csv", front_frames(made.mesh).columns())
         steps = _steps(folder, increment) if correct else ""
         try:
-            grown, why = _grown(folder, own, f"{load} --material isotropic:70000,0.3", extension, steps)
+            grown, report = _grown(folder, own, f"{load} --material {material}", extension, steps)
         except Stopped as stopped:
             found["ended"] = f"{increment:03d}: {stopped}"
             found["faults"][f"{increment:03d} growth"] = str(stopped)
             break
-        if why:
-            found["ended"] = f"{increment:03d}: {why}"
+        row |= _trust(own / "sif.csv")
+        if report["ended"]:
+            found["ended"] = f"{increment:03d}: {report['ended']}"
             break
+        row |= {"repairs": report.get("repairs", {})}
         crack, case = grown, _as_given(case, grown)
-    return found
+    return found | {"end": kind_of_end(found["ended"])}
 
 
 def _extension(case: Drawn) -> float:
@@ -103,8 +127,8 @@ def _steps(folder: Path, increment: int) -> str:
     return flags + (f" --last-base {before}/base.vtp --last-step {before}/step.csv" if increment else "")
 
 
-def _grown(folder: Path, own: Path, model: str, extension: float, steps: str) -> tuple[Crack, str]:
-    """Return the crack grown by its own K, and why it goes no further."""
+def _grown(folder: Path, own: Path, model: str, extension: float, steps: str) -> tuple[Crack, dict]:
+    """Return the crack grown by its own K, and the report of its growth."""
     labels = folder / "labels.npz"
     known = f"--microstructure {labels} {model}"
     _verb(f"solve {own}/volume.vtu {known} -o {own}/solution.npz")
@@ -116,7 +140,15 @@ def _grown(folder: Path, own: Path, model: str, extension: float, steps: str) ->
         f"grow {own}/crack.vtp {own}/sif.csv {own}/front.csv --volume {labels} "
         f"-o {own}/grown.vtp --report {own}/growth.json {steps}"
     )
-    return read_crack(own / "grown.vtp"), json.loads((own / "growth.json").read_text())["ended"]
+    return read_crack(own / "grown.vtp"), json.loads((own / "growth.json").read_text())
+
+
+def _trust(path: Path) -> dict[str, int]:
+    """Return the number of nodes inside the body, and of those whose K is trusted."""
+    found = front_columns(path, (), "made by `craftmesh fracture`", words=("flags",))
+    flags = [set(str(word).split("+")) for word in found["flags"]]
+    inside = [words for words in flags if "end" not in words]
+    return {"nodes": len(inside), "trusted": sum(words.isdisjoint(DOUBTED) for words in inside)}
 
 
 def _verb(line: str) -> None:

@@ -28,7 +28,7 @@ def draw_volume(rng: np.random.Generator, sides: tuple[int, int] = (30, 48)) -> 
     kind = str(rng.choice(KINDS, p=SHARES))
     shape = rng.integers(sides[0], sides[1] + 1, 3)
     if kind in MEASURED and MEASURED[kind].exists():
-        return _crop(rng, MEASURED[kind], shape), kind
+        return crop(rng, MEASURED[kind], shape), kind
     kind = "cells" if kind in MEASURED else kind
     voxels = _generated(rng, kind, shape)
     if kind == "noise" or (kind == "laths" and rng.random() < 0.5):
@@ -77,7 +77,7 @@ def _ragged(rng: np.random.Generator, voxels: Voxels) -> Voxels:
     return clean(rough, CleanOptions(min_island_voxels=SPECK, split_pieces=True))[0]
 
 
-def _crop(rng: np.random.Generator, path: Path, shape: np.ndarray) -> Voxels:
+def crop(rng: np.random.Generator, path: Path, shape: np.ndarray) -> Voxels:
     """Return a random window of a measured volume, cleaned before and after."""
     whole, _ = clean(read_voxels(path), CleanOptions(fill_unindexed=True, min_island_voxels=27))
     shape = np.minimum(shape, whole.labels.shape)

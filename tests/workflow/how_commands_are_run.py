@@ -148,7 +148,7 @@ SMALLEST = (
     "inclusion.py --radius 5 --edge 2",
     "random_cracks.py 7 7 --keep folder",
     "random_cracks.py 0 0 --workers 2 --json rows.jsonl --resume --markdown random_cracks.md",
-    "random_growth.py 8 8 --increments 1 --keep folder",
+    "random_growth.py 8 8 --kinds --increments 1 --keep folder",
     "living.py tiny 2",
 )
 # what no test runs, by how it begins, and why
