@@ -23,7 +23,7 @@ from craftmesh.growth.new_front import (
     strip_triangles,
     with_front_points,
 )
-from craftmesh.growth.options import SmoothingOptions
+from craftmesh.growth.options import WIDEST_IN_CRYSTALS, SmoothingOptions
 from craftmesh.types import Crack
 
 # Points of the new front per row spacing: chords of a front of radius ten spacings are then within 0.001
@@ -49,7 +49,7 @@ ATTEMPTS = (
 # Numbers of rows of a strip; the first with the fewest kinks counts. Between fronts that are twisted
 # against each other long triangles make a washboard, whose kinks are the twist within a row.
 ROWS = (1, 2, 4, 8)
-FOLDED = 90.0  # degrees between triangles from which a strip counts as folded; a crack kinks by at most 71
+FOLDED = WIDEST_IN_CRYSTALS  # angle between triangles over which a strip is folded: no kink is larger
 # What was done to a new front or strip, for the report; the counts of `grow`'s repairs have these keys.
 REPAIRS = {
     "loops": "a front crossed itself; the loop is cut off",

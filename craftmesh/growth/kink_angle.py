@@ -9,7 +9,7 @@ import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_points import FrontPoints
-from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, GrowthOptions
+from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, WIDEST_IN_CRYSTALS, GrowthOptions
 from craftmesh.mechanics.near_field import NearField, as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import own_code
@@ -19,8 +19,6 @@ from craftmesh.surface.side_data import coordinates_hint, spans_told
 
 # Largest kink angle tried for the energy release rate, degrees; the rate peaks at 76 in pure mode II.
 WIDEST = 85.0
-# Largest kink angle tried for the tangential stress, degrees; isotropic, it peaks at 70.5 in pure mode II.
-WIDEST_IN_CRYSTALS = 110.0
 STEP = 0.25  # degrees between tried angles; a parabola through the best three finds the angle to 1e-3
 # Columns of K in the order of the near fields: one per displacement along binormal, normal, tangent.
 ORDER = (1, 0, 2)

@@ -9,6 +9,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option, own_code
 
 STRESS, NEAR_FIELD, SLIP = "tangential_stress", "near_field", "slip"
+# Largest kink angle tried for the tangential stress, degrees; isotropic, it peaks at 70.5 in pure mode II.
+WIDEST_IN_CRYSTALS = 110.0
 CRITERIA = (STRESS, "energy_release", "richard", "straight", NEAR_FIELD, SLIP)
 DRIVING = (STRESS, "K_I", "energy_release", "richard", "tanaka")
 LAWS = ("uniform", "power")
