@@ -1,4 +1,8 @@
-"""Cleaning after the gradation: collapse, swap and moves remove needles and caps; ears are split."""
+"""Cleaning after the gradation: collapse, swap and moves remove needles and caps.
+
+Ears, inner crack edges between two vertices of the crack front, are split, because they cannot open.
+An angle score is a number for both the smallest and the largest angle of a facet; more is better.
+"""
 
 import numpy as np
 
@@ -14,8 +18,8 @@ from craftmesh.surface.measure import facet_angles
 
 # Degrees: facets with a smaller angle are needles, collapsed whatever the length of their edges.
 NEEDLE_ANGLE = 20.0
-# Ratio to the target below which shortest edges of other facets under the goal are collapsed. At 0.5 the
-# surface has 3% more facets, of no better shape.
+# Ratio of length to target length below which the shortest edge of any other facet under the goal is
+# collapsed. At 0.5 the surface has 3% more facets, of no better shape.
 SHORT = 0.7
 # Degrees: goal of vertex moves after the first round. With 22 almost twice as many facets stay under 25
 # degrees; with 28 there are half as many moves again, and no fewer such facets.
@@ -28,10 +32,10 @@ LATE_TURN = 1.5
 
 
 def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: int, goal: float) -> None:
-    """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and vertex moves.
+    """Raise facet angles towards `goal` degrees in at most `rounds` rounds of collapse, swap and moves.
 
-    After the first round vertices move only at facets under 25 degrees. The cleaning ends when no facet is
-    under 15 degrees and junction points that are too close have been merged.
+    After the first round, vertices move only at facets under LATE_GOAL. The cleaning ends early if a round
+    changes nothing, or, past half of the rounds, if no facet angle is under LEAST_ANGLE.
     """
     for n in range(rounds):
         slide_goal = goal if n == 0 else min(goal, LATE_GOAL)
@@ -49,7 +53,10 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
 
 
 def loosened(limits: Limits, n: int, rounds: int) -> Limits:
-    """Return the limits of round `n`; in later rounds edges may be longer and normals may turn more."""
+    """Return the limits of round `n`; from half of the `rounds` on, they are looser.
+
+    Edges may then be longer, normals may turn more, and junction points may merge.
+    """
     late = n >= rounds // 2
     return limits._replace(
         collapse=np.inf,  # edges to collapse are chosen by their facets
@@ -61,7 +68,11 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
 
 
 def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
-    """Collapse the shortest edges of facets under `goal` degrees, if needles or short, worst first."""
+    """Collapse the shortest edge of each facet under `goal` degrees; return the number of collapses.
+
+    The facet must be a needle (under NEEDLE_ANGLE), or the edge shorter than SHORT times its target. In
+    each block of vertices the smallest angles are first (`block_order`).
+    """
     facets = gradation.poor_facets(score_of_angle(goal))
     angles = facet_angles(gradation.mesh.points, facets)
     smallest = angles.argmin(1)
@@ -75,7 +86,10 @@ def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
 
 
 def split_ears(gradation: Gradation, limits: Limits) -> int:
-    """Split the crack's ears, so that every crack facet can open."""
+    """Split the crack's ears, so that every crack facet can open; return the number of splits.
+
+    An ear is an inner crack edge between two front vertices. Angles and lengths are not checked.
+    """
     mesh = gradation.mesh
     edges = ears(mesh.facets[mesh.alive & mesh.patch_crack[mesh.patch]], mesh.flags & ON_FRONT > 0)
     any_angle = limits._replace(split=0.0, floor=0.0)

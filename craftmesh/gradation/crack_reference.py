@@ -12,14 +12,15 @@ from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Crack, Surface
 
-# Most bins; a bin is at least as wide as the mean triangle is long.
+# Most bins of the search grid; a bin is at least as wide as the mean of the triangles' longest extents.
 MOST_BINS = 2_000_000
 
 
 def crack_triangles(surface: Surface, given: Crack | None) -> dict[str, np.ndarray]:
-    """Return the arrays `crack_*` of Guards: the triangles near the crack of `surface`, and their bins.
+    """Return the arrays `crack_*` of Guards: crack triangles near the crack of `surface`, and their bins.
 
-    There are no triangles if the crack of `surface` is flat, because its vertices then stay in its plane.
+    The triangles are of the `given` crack, or of the surface's own crack if `given` is None. There are none
+    if the crack of `surface` is flat, because its vertices then stay in its plane without a projection.
     """
     inserted = surface.facets[surface.kind == CRACK].astype(np.int64)
     if not len(inserted) or _is_flat(surface.points, inserted):
@@ -30,7 +31,10 @@ def crack_triangles(surface: Surface, given: Crack | None) -> dict[str, np.ndarr
 
 
 def _near(given: Crack, inserted: np.ndarray) -> np.ndarray:
-    """Return given triangles (t, 3) in the box of inserted triangles, widened by the longest of these."""
+    """Return the given crack's triangles (t, 3) that meet the bounding box of the inserted triangles.
+
+    inserted (k, 3, 3): corners. The box is enlarged by the largest extent of one of them along an axis.
+    """
     longest = np.ptp(inserted, axis=1).max()
     reach = np.stack([inserted.min(axis=(0, 1)) - longest, inserted.max(axis=(0, 1)) + longest])
     triangles = given.triangles.astype(np.int64)
@@ -58,7 +62,8 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
     grid = grid_over(low, high, width)
     bins = fill_bins(cells_of(lower, grid), cells_of(upper, grid), grid)
     return {
-        # a copy: the points of Crack and Surface are read-only, for which kernels would compile again
+        # a copy, because the points of Crack and Surface are read-only, and numba compiles a kernel again
+        # for read-only arrays
         "crack_points": np.array(points, float, order="C"),
         "crack_triangles": triangles,
         "crack_bin_start": bins.start,
@@ -79,10 +84,10 @@ MOST_PIECES = 8
 
 
 def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
-    """Return segments (s, 2, 3) of the front of `surface`, with its edges bent along the fronts of `crack`.
+    """Return segments (s, 2, 3) of the front of `surface`, bent along the fronts of the given `crack`.
 
-    An edge with both ends close to one given front gets the shape of the curve between them, shifted by the
-    offsets of its ends. Other edges stay straight, and all edges if there is no crack.
+    A front edge with both ends within NEAR of one given front gets the shape of that front between the two
+    ends, shifted to start and end at them. Other edges stay straight; without a `crack` all edges do.
     """
     edges = surface.points[front_edges(surface)].reshape(-1, 2, 3)
     if crack is None or not len(edges):
@@ -106,8 +111,8 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
 def _bent(curve: Polyline, ends: np.ndarray, part: tuple[float, float]) -> np.ndarray:
     """Return segments (k, 2, 3) between two ends (2, 3), shaped as a part of the curve.
 
-    part: the arc length at which the part begins, and its signed length. If the given front has few points
-    within the part, they are corners, so segments end there too.
+    part: the arc length at which the part begins, and its signed length. A bent part with at most
+    MOST_PIECES points of the given front within it gets segment ends at these points too.
     """
     share = np.arange(MOST_PIECES + 1) / MOST_PIECES
     bulge = _shaped(curve, ends, part, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
@@ -125,17 +130,21 @@ def _bent(curve: Polyline, ends: np.ndarray, part: tuple[float, float]) -> np.nd
 
 
 def _shaped(curve: Polyline, ends: np.ndarray, part: tuple[float, float], share: np.ndarray) -> np.ndarray:
-    """Return points (k, 3) at fractions (k,) of a part of the curve, shifted to meet both ends."""
+    """Return points (k, 3) on a part of the curve, shifted so that the first and last meet the two `ends`.
+
+    share (k,): fractions of the part's arc length, from 0 to 1.
+    """
     arc, way = part
     line = curve.at(arc + share * way)
     return line + (1 - share[:, None]) * (ends[0] - line[0]) + share[:, None] * (ends[1] - line[-1])
 
 
 class HeldArea:
-    """The target area of the crack of a surface; l_min in model units.
+    """The crack area that the gradation must keep; l_min in model units.
 
-    The target is the given crack's area within the surface's bounding box. If the input surface already has
-    another area, for example because parts of the crack lie in voids, that area is the target.
+    This target is the given crack's area within the surface's bounding box. If the area in the input
+    surface differs from it by more than the allowed error (`area_off`), for example because parts of the
+    crack lie in voids, the input's area is the target.
     """
 
     def __init__(self, surface: Surface, given: Crack | None, l_min: float) -> None:
@@ -154,7 +163,7 @@ class HeldArea:
             self.area = whole
 
     def times_off(self, surface: Surface) -> float:
-        """Return the error of the crack's area divided by the allowed error; 0 without a crack."""
+        """Return the error of the crack area of `surface` over the allowed error; 0 without a crack."""
         if not self.area:
             return 0.0
         return area_off(

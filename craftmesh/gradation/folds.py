@@ -1,4 +1,8 @@
-"""Sharp folds of the crack, which bound patches and get short edges in the strips next to them."""
+"""Sharp folds of the crack, which bound patches.
+
+A strip, the part of the crack between a fold and another line of the crack, gets edges that are short
+relative to its width.
+"""
 
 from dataclasses import replace
 
@@ -10,23 +14,24 @@ from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
 
-# Degrees: smallest turn of the crack at a fold that bounds patches. Normals averaged across a sharper fold
-# would differ from both sides by the normal tolerance, so that nothing next to it could be changed.
+# Degrees: smallest angle between the normals of two neighbouring crack facets that makes their edge a fold.
+# Normals averaged across a sharper fold would differ from those of both sides by the normal tolerance, so
+# that no operation could change the facets next to it.
 FOLD = 50.0
 # Degrees: smallest angle of a facet whose normal is meaningful.
 FLATTEST = 1.0
-# Fraction of an edge: smallest distance of an apex' projection from the edge's ends where a strip is
-# measured.
+# Fraction of an edge: a facet's apex, the corner opposite the edge, gives a width of the strip if its
+# projection onto the edge is at least this far from the edge's ends.
 ASIDE = 0.05
 
 
 def folded_patches(surface: Surface, plain: Patches | None = None) -> Patches:
     """Return the patches of a surface, with crack patches split at folds of over FOLD degrees.
 
-    plain: the patches without such splits, if known.
+    plain: the patches without these splits; None computes them.
 
-    A fold that ends within a patch does not split it. The first part of a patch keeps the patch's number;
-    the other parts come after all patches, in the order of their first facets.
+    A fold that ends within a patch does not split it. The part with the patch's first facet keeps the
+    patch's number; the other parts get new numbers after all patches, in the order of their first facets.
     """
     plain = patches(surface) if plain is None else plain
     crack = np.flatnonzero(surface.kind == CRACK)
@@ -72,7 +77,8 @@ def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarr
 def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
     """Return the sizing with shorter lengths in strips between folds and other lines of the crack.
 
-    The length is PER_WIDTH times the strip's width, at least l_min.
+    The target length is PER_WIDTH times the strip's width, at least l_min. Without folds that split a
+    patch, the sizing is returned unchanged.
     """
     if not (surface.kind == CRACK).any():
         return sizing
@@ -101,9 +107,10 @@ def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
 
 
 def _widths(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return apexes (k,) that project onto their edges (k, 2), with these projections, as points (n, 3).
+    """Return points (n, 3) of strips, and the strip's width (n,) at each.
 
-    The second result is the distance (n,) between apex and projection, for both.
+    The points are the apexes (k,) that project onto the inside of their edges (k, 2), and then their
+    projections. The width is the distance between an apex and its projection, and is repeated for both.
     """
     start, way = points[edges[:, 0]], np.diff(points[edges], axis=1)[:, 0]
     share = np.einsum("ij,ij->i", points[apex] - start, way) / np.einsum("ij,ij->i", way, way)

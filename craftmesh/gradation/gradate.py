@@ -40,13 +40,14 @@ from craftmesh.types import Crack, Surface
 # Largest move of a vertex when volumes are restored, as a fraction of the distance tolerance.
 RESTORING_SHARE = 0.5
 # Degrees: smallest angle of new facets (119 degrees has the same score), unless a replaced facet was worse.
-# With 15 and 135 degrees, three in four of the tetrahedra of an aspect ratio over 5 were at facets under 25
-# or over 120 degrees where grains are small relative to the lengths; 20 leaves a third of them, for a tenth
-# more facets there.
+# With 15 (and 135) degrees, where grains are small relative to the target lengths, three in four of the
+# tetrahedra with an aspect ratio over 5 were at facets with angles under 25 or over 120 degrees. With 20
+# degrees a third of these tetrahedra remain, and the surface there has a tenth more facets.
 SOUND_ANGLE = 20.0
-# Fractions of the crack's and front's tolerances, tried in turn while the crack's area is wrong. Rounded at
-# a crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
-# 0.1 with a quarter, 0.8 with an eighth. Facets get poorer, so the first sufficient fraction is used.
+# Fractions of the distance tolerances of crack and front, tried in turn until the crack's area is within
+# its allowed error. With the full tolerances a crack of 4 l_min^2 with a crease of 49 degrees lost 1.4 % of
+# its area, and one of 7 l_min^2 whose mouth grazes a face lost 1.6 %. A quarter of the tolerances reduced
+# the first loss to 0.1 %, an eighth the second to 0.8 %. Smaller fractions make poorer facets.
 CRACK_SHARES = 1 / 2 ** np.arange(4)
 
 
@@ -96,12 +97,12 @@ def gradate(
     `surface`. crack: the given crack, onto which vertices of the crack and its front are projected and to
     which crack facets stay close; without it, crack and front of `surface` have this role.
 
-    Junction lines, box planes, crack and front keep their topology and place, every grain stays closed
-    and keeps its topology, and no step makes facets intersect. The report has counts of operations and
-    refusals, size adherence, angles, drift of volumes, and numbers of facets and wedges under 12
-    degrees.
-    Raises CraftmeshError for a surface without facets, for grains that are open or inside out, and for
-    volumes of labels that the surface does not have.
+    Junction lines, box planes, crack and front keep their topology and, within the tolerances, their
+    place. Every grain stays closed and keeps its topology, and no step makes facets intersect. The
+    report (`gradation_report`) has counts of operations and refusals, ratios of edge length to target,
+    angles, relative volume changes, and numbers of facets and wedges (dihedral angles of a grain) under
+    12 degrees. Raises CraftmeshError for a surface without facets, for grains that are open or inside
+    out, and for volumes of labels that the surface does not have.
     """
     options = options or GradateOptions()
     if not len(surface.facets):
@@ -131,7 +132,10 @@ def gradate(
 
 
 def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[str, int]]:
-    """Return the preprocessed surface in spatial order, and the numbers of changed nodes by step."""
+    """Return the preprocessed surface in spatial order, and the numbers of changed nodes.
+
+    The numbers have the keys released_nodes, unnecessary_nodes and smoothed_nodes.
+    """
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
@@ -149,10 +153,10 @@ def _gradated(
     options: GradateOptions,
     progress: Callable[[float, str], None],
 ) -> Gradation:
-    """Return the gradation after options.passes rounds and a final cleaning of poor facets.
+    """Change `gradation` by options.passes rounds and a final cleaning of poor facets, and return it.
 
-    A round collapses, splits and swaps edges, and evens out the edges on lines; later rounds also relax the
-    vertices inside patches. The volumes are not restored yet.
+    A round collapses, splits and swaps edges, and makes the spacing along lines equal. From half of the
+    rounds on, vertices inside patches also move towards equal spacing. Volumes are not restored here.
     """
     if options.passes:
         swap_poor(gradation, limits)
@@ -179,7 +183,11 @@ def _gradated(
 def _restored(
     result: Surface, targets: Mapping[int, float], sizing: Sizing, options: GradateOptions
 ) -> Surface:
-    """Return `result` with restored volumes; `targets` <= 0 or of absent labels are ignored."""
+    """Return `result` with its volumes moved towards `targets`, as far as moves are allowed.
+
+    Targets <= 0, and of labels without facets, are ignored. No vertex moves farther than RESTORING_SHARE
+    of the distance tolerance.
+    """
     present = set(np.unique(result.sides).tolist())
     targets = {k: v for k, v in targets.items() if v > 0 and k in present}
     if not targets:
@@ -196,7 +204,8 @@ def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share:
         split=float(options.split_ratio),
         longest=float(options.split_ratio),
         floor=score_of_angle(SOUND_ANGLE),
-        # with SOUND_ANGLE one front edge in ten is over a tenth off l_min; the cleaning raises such angles
+        # with SOUND_ANGLE as floor, one front edge in ten would differ from l_min by more than a tenth;
+        # the cleaning raises the small angles that the lower floor allows
         even_floor=score_of_angle(LEAST_ANGLE),
         gain=0.0,
         cosine=float(np.cos(np.radians(options.normal_tolerance))),

@@ -7,7 +7,8 @@ from craftmesh.surface.measure import span_of
 from craftmesh.surface.patches import oriented
 from craftmesh.types import Surface
 
-# Bits per axis of the cells along whose curve the points are sorted, and vertices per block of work.
+# Bits per axis of the Morton cells (2^10 cells along the longest extent), and number of successive vertex
+# ids in a block of work.
 CELL_BITS = 10
 BLOCK = 2048
 
@@ -15,8 +16,9 @@ BLOCK = 2048
 def spatially_sorted(surface: Surface) -> Surface:
     """Return `surface` oriented, with points sorted along a Morton curve and facets sorted by point ids.
 
-    Points in one cell, a 1024th of the longest extent, are sorted by x, y and z, and facets begin with
-    their smallest id, so the result does not depend on the order of the input.
+    Points in one Morton cell, as wide as a 1023rd of the longest extent, are sorted by x, y and z. Each
+    facet begins with its smallest id. So the result does not depend on the order of the input's points
+    and facets, if no two points have the same coordinates.
     """
     keys = _morton_keys(surface.points)
     order = np.argsort(keys)
@@ -34,7 +36,10 @@ def spatially_sorted(surface: Surface) -> Surface:
 
 
 def block_order(vertices: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return the rows of vertices (e,) sorted by blocks of BLOCK ids, and within a block by `key` (e,)."""
+    """Return the rows of `vertices` (e,) sorted by block of BLOCK ids, and in a block by ascending `key`.
+
+    vertices (e,): one vertex of each item of work. Work on one block stays in the processor's cache.
+    """
     block = vertices // BLOCK
     order = np.argsort(block, kind="stable")
     ends = np.cumsum(np.bincount(block))

@@ -1,4 +1,7 @@
-"""Passes of the gradation over all edges or vertices, with arrays that grow as they need to."""
+"""Passes of the gradation over all edges or vertices, with arrays that grow when they are full.
+
+An angle score is a number for both the smallest and the largest angle of a facet; more is better.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,35 +31,40 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE
 from craftmesh.surface.measure import span_of
 from craftmesh.types import Crack, Surface
 
-# Factor on limits.split: longer edges are split before all rounds, whatever the shape of their halves. With
-# 1.3 to 1.6 strips 20 targets long end with edges of up to 1.7 targets; with 2 and 3 they stay at 2.5.
+# Factor on limits.split: edges over this multiple are split before all rounds, whatever the shape of their
+# halves. With 1.3 to 1.6, long strips of 20 target lengths end with edges of up to 1.7 target lengths; with
+# 2 and 3 edges of 2.5 target lengths remain.
 FAR = 1.6
-# Width of the grid's cells in mean edges; values from 1.6 to 3.2 make no notable difference.
+# Width of the grid's cells divided by the mean edge length; 1.6 to 3.2 make no notable difference.
 CELL = 2.5
 
 
 class Limits(NamedTuple):
     """The bounds of a pass, for kernels; an infinite bound switches its guard off."""
 
-    collapse: float  # edges under this ratio to their target are collapsed
-    split: float  # edges over this ratio are split
-    longest: float  # largest ratio of a new edge to its target, unless an old one was as long
+    collapse: float  # edges under this ratio of length to target length are collapsed
+    split: float  # edges over this ratio of length to target length are split
+    longest: float  # largest such ratio of a new edge, unless a replaced edge was as long
     floor: float  # smallest angle score of new facets
-    gain: float  # required rise of the score if the old score was under the floor
+    gain: float  # required rise of the smallest score if it was under the floor
     cosine: float  # cosine of the normal tolerance
-    distance: float  # from the input to the surface, over the target length
-    crack_distance: float  # the same on the crack, as a length
-    drift: float  # largest relative change of volumes
+    distance: float  # largest distance from input vertices to the surface, over the target length
+    crack_distance: float  # the same for input vertices on the crack, as a length
+    drift: float  # largest relative change of a grain's volume
     merge_points: bool  # whether junction points may merge
-    wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
-    front_distance: float = np.inf  # the same on its front, and from the front's edges to it
-    crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
-    even_floor: float = np.inf  # the floor for equal spacing along junction lines, if less
+    wedge: float = SHARP_COSINE  # cosine of the smallest dihedral angle of a grain that may be made
+    front_distance: float = np.inf  # largest distance, as a length, of input front vertices from the
+    # surface's front, and of new front edges from the input's front
+    crack_facets: float = np.inf  # largest distance from new crack facets to the given crack, as a length
+    even_floor: float = np.inf  # replaces `floor` in moves along lines, if it is less
 
 
 @dataclass
 class Gradation:
-    """The state and its grid, with counts of operations; passes replace both as they grow."""
+    """The working arrays, a grid of their facets, and counts of operations by name.
+
+    Passes change the arrays in place and replace state and grid by larger ones when these are full.
+    """
 
     state: State
     grid: FacetGrid
@@ -76,14 +84,14 @@ class Gradation:
     def edges(
         self, least: float = -np.inf, most: float = np.inf
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return edges (e, 2), a mask (e,) of features, and ratios (e,) of length to target.
+        """Return edges (e, 2), a mask (e,) of feature edges, and ratios (e,) of length to target length.
 
-        least, most: range of the ratio.
+        Only edges with a ratio strictly between `least` and `most` are returned.
         """
         return list_edges(self.reference()[0], least, most)
 
     def reference(self) -> tuple[Any, Any]:
-        """Return references to the state and to the grid, for kernels."""
+        """Return references to the state and to the grid, for kernels; the first use makes them."""
         if self.references is None:
             self.references = by_reference(*self.state), by_reference(self.grid)
         return self.references
@@ -94,7 +102,10 @@ class Gradation:
         return m.facets[poor_facets(m.points, m.facets, m.alive, m.used[1], score)]
 
     def set_sizes(self, sizing: Sizing) -> None:
-        """Set target lengths of living vertices that are new or moved; sizing: the same at all calls."""
+        """Set target lengths of the living vertices that are new or have moved since the last call.
+
+        sizing: must be the same at all calls (not checked), because other vertices keep their lengths.
+        """
         mesh, n = self.mesh, int(self.mesh.used[0])
         self.sized = lengthened(self.sized, n, np.nan)
         points, sized = mesh.points[:n], self.sized[:n]
@@ -111,8 +122,9 @@ class Gradation:
     ) -> int:
         """Try an operation at all `items`, edges (n, 2) or vertices (n,); return the number of successes.
 
-        name: key of the count; goal: as for `one_pass`, which is called again with more room if it stops
-        early.
+        name: key of `done` to which the successes are added. goal: for SLIDE the score under which a vertex
+        moves, for SPLIT the smallest ratio of a half's score to its parent's. `one_pass` stops when arrays
+        are full; then they are enlarged and the pass goes on.
         """
         rows = items if items.ndim == 2 else items[:, None]
         start, total = 0, 0
@@ -128,7 +140,7 @@ class Gradation:
         return total
 
     def make_room(self) -> None:
-        """Remove dead facets, rebuild the grid and lengthen arrays that are nearly full."""
+        """Remove dead facets, rebuild the grid and add free rows; the references become None."""
         arrays = self.state.mesh._asdict() | self.state.guards._asdict()
         scratch = self.state.scratch
         self.references = None
@@ -147,7 +159,10 @@ def begun(surface: Surface, sizing: Sizing, crack: Crack | None, done: Mapping[s
 
 
 def filled_grid(mesh: Mesh) -> FacetGrid:
-    """Return a grid of the living facets with room for changes, and cells of CELL mean edges."""
+    """Return a grid of the living facets, with free items for changes.
+
+    The cells are CELL times as wide as the mean edge is long. Raises CraftmeshError without a living facet.
+    """
     m = int(mesh.used[1])
     living = int(np.count_nonzero(mesh.alive[:m]))
     if not living:
@@ -165,7 +180,11 @@ def filled_grid(mesh: Mesh) -> FacetGrid:
 
 
 def collapse_short(gradation: Gradation, limits: Limits) -> int:
-    """Collapse edges under limits.collapse times their target, first on junction lines, shortest first."""
+    """Collapse edges under limits.collapse times their target length; return the number of collapses.
+
+    Edges on junction lines are first, then the others; within a block of vertices the shortest (relative
+    to its target) is first.
+    """
     edges, feature, ratio = gradation.edges(most=limits.collapse)
     short = [
         edges.take(rows.take(block_order(edges[:, 0].take(rows), ratio.take(rows))), axis=0)
@@ -177,7 +196,10 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
 
 
 def split_long(gradation: Gradation, limits: Limits) -> int:
-    """Split edges over limits.split times their target, longest first by blocks; return their number."""
+    """Split edges over limits.split times their target length; return the number of splits.
+
+    The edges are taken by blocks of vertices (`block_order`), and in a block the longest is first.
+    """
     edges, _, ratio = gradation.edges(least=limits.split)
     long = edges.take(block_order(edges[:, 0], -ratio), axis=0)
     return split_all(gradation, "split_edges", limits, long, 1.0)
@@ -186,8 +208,8 @@ def split_long(gradation: Gradation, limits: Limits) -> int:
 def halve_longest(gradation: Gradation, limits: Limits) -> int:
     """Split edges over FAR times limits.split, whatever the shape of the halves; return their number.
 
-    Long strips, for example on a drawn cylinder, have only poor halves; swaps and later splits improve
-    them.
+    Long thin facets, for example on a drawn cylinder, have only poor halves. Later swaps and splits
+    improve these.
     """
     return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0))
 
@@ -195,8 +217,9 @@ def halve_longest(gradation: Gradation, limits: Limits) -> int:
 def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, share: float) -> int:
     """Split `edges` (e, 2), in order, if they are over limits.split and have acceptable halves.
 
-    A half must have at least `share` times its parent's score. Halves lie in the parent or on the input's
-    crack or front, so volumes, distances and lengths are not checked. Return the number of splits.
+    A half must have the angle score limits.floor, or `share` times its parent's score. Halves lie in their
+    parent or on the input's crack or front, so volumes, distances from input vertices and lengths are not
+    checked. Return the number of splits, which are added to `gradation.done` under `name`.
     """
     limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
     return gradation.repeat(name, SPLIT, limits, edges, share)
@@ -205,7 +228,8 @@ def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray
 def swap_all(gradation: Gradation, limits: Limits) -> int:
     """Swap edges inside patches where that raises angles, whatever the new length; return their number.
 
-    After a pass with the same limits, only edges of facets that have changed since are tried.
+    If the last pass of swaps had the same limits, only edges of facets that have changed since then are
+    tried. Resets the marks of changed facets.
     """
     limits = limits._replace(longest=np.inf)
     asked = limits._replace(collapse=0.0, split=0.0, floor=0.0, gain=0.0, merge_points=False)
@@ -217,7 +241,11 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
 
 
 def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
-    """Return edges (e, 2) inside patches that have changed since a pass of swaps with these limits."""
+    """Return the edges (e, 2) that a pass of swaps with these limits must try.
+
+    If the last pass had the same limits, these are all edges of facets that have changed since then. If
+    not, they are all edges inside patches.
+    """
     if gradation.swapped != limits:
         edges, feature, _ = gradation.edges()
         return edges.take(np.flatnonzero(~feature), axis=0)
@@ -231,13 +259,16 @@ def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def swap_poor(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges of facets that score under the floor, and edges around each swap; return their number."""
+    """Swap edges of facets that score under limits.floor, if that raises the smallest angle.
+
+    Edges around each swapped edge are tried too. Return the number of swaps.
+    """
     edges, _, _ = unique_edges(gradation.poor_facets(limits.floor))
     return gradation.repeat("swapped_edges", SWAP, limits._replace(longest=np.inf), edges)
 
 
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:
-    """Move vertices of facets with a score under `goal`; return the number of moves."""
+    """Move vertices of facets with an angle score under `goal` to raise it; return the number of moves."""
     order = np.unique(gradation.poor_facets(goal))
     return gradation.repeat("slid_vertices", SLIDE, limits, order, goal)
 
@@ -251,6 +282,6 @@ def even_lines(gradation: Gradation, limits: Limits) -> int:
 
 
 def relax_all(gradation: Gradation, limits: Limits) -> int:
-    """Move vertices inside patches towards equal spacing; return the number of moves."""
+    """Move vertices inside patches to the weighted centroid of their facets; return the number of moves."""
     order = gradation.living_vertices()
     return gradation.repeat("relaxed_vertices", RELAX, limits, order)

@@ -15,17 +15,18 @@ from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Surface
 
-# Cosine of the largest angle between crack facets in one plane. A lid is the facet that replaces the three
-# facets of a removed node. On a curved crack it would be off the crack by the node's height over it. The
-# guards, which take the surface with lids as their input, would not see this.
+# Cosine of the largest angle at which crack facets count as in one plane. A lid is the facet that replaces
+# the three facets of a removed node. On a curved crack the lid would be off the crack by the node's height
+# over the lid. The guards would not see this, because the surface with lids is their input.
 IN_PLANE = 1.0 - ROUNDING
 
 
 def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -> tuple[Surface, int]:
-    """Return the surface with each vertex of three facets replaced by one facet, and the number replaced.
+    """Return the surface without unnecessary nodes, and their number.
 
-    The three facets must be of one patch, and the normals may turn by at most `normal_tolerance` degrees
-    (on the crack by none). The new facet must not exist already and must not sharpen a sharp wedge.
+    An unnecessary node has exactly three facets, all of one patch; one facet replaces them. The normals may
+    turn by at most `normal_tolerance` degrees (on the crack by none). The new facet must not exist already,
+    and its edges must not get a sharp dihedral angle that is sharper than before.
     """
     candidates = np.flatnonzero(np.bincount(surface.facets.ravel(), minlength=len(surface.points)) == 3)
     if not len(candidates):
@@ -47,10 +48,10 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
 def _with_lids(
     points: np.ndarray, facets: np.ndarray, patch: np.ndarray, candidates: np.ndarray, cosine: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
-    """Return facets (m, 3) with lids over removable candidates, a mask (m,) of remaining facets, and rows.
+    """Return facets (m, 3) with lids, a mask (m,) of remaining facets, and a dict of rows.
 
-    The candidates (c,) have three facets each. cosine (m,): of the largest turn of each facet. The rows are
-    for each removed vertex the rows (3,) of its facets; the lid is in the first of them.
+    The dict maps each removed vertex to the rows (3,) of its facets; the first of these rows now has the
+    lid. candidates (c,): vertices with three facets each. cosine (m,): cosine of each facet's largest turn.
     """
     at = _facets_at(facets, candidates, len(points))
     present = {tuple(f) for f in np.sort(facets[_facets_at(facets, facets[at], len(points))], axis=1)}
@@ -83,7 +84,7 @@ def _sharpened(
     alive: np.ndarray,
     rows: dict[int, np.ndarray],
 ) -> np.ndarray:
-    """Return ids of vertices whose lids sharpen a sharp wedge.
+    """Return ids of vertices whose lid makes a dihedral angle sharper than SHARP_WEDGE and than before.
 
     before, facets (m, 3): without and with lids; alive, rows: from `_with_lids`.
     """
@@ -95,7 +96,7 @@ def _sharpened(
 
 
 def _sharpest(points: np.ndarray, facets: np.ndarray, alive: np.ndarray) -> np.ndarray:
-    """Return the cosine (m,) of the sharpest wedge at each living facet's edges, -1 for other facets."""
+    """Return the cosine (m,) of the sharpest dihedral angle at each living facet's edges; -1 if dead."""
     cosines = np.full(len(facets), -1.0)
     living = facets[alive]
     cosines[alive] = sharpest_cosines(points, living, *corner_lists(living, len(points)))
@@ -112,7 +113,10 @@ def _lid(
     present: set[tuple],
     cosine: np.ndarray,
 ) -> np.ndarray | None:
-    """Return the facet (3,) that can replace the facets `three` around `v`, or None."""
+    """Return the corners (3,) of the facet that can replace the facets `three` around `v`, or None.
+
+    Adds the new facet to `present`, the sorted corners of facets that exist already.
+    """
     if not alive[three].all() or len(set(patch[three])) > 1 or (facets[three] == v).sum() != 3:
         return None
     turned = [np.roll(facets[f], -int(np.flatnonzero(facets[f] == v)[0])) for f in three]
@@ -135,11 +139,12 @@ def _lid(
 
 
 def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
-    """Return the surface with junction lines smoothed `iterations` times, and the number of moved nodes.
+    """Return the surface with smoothed junction lines, and the number of moved nodes.
 
-    Each time a node moves to half its own position plus a quarter of each neighbour's on the line (Eq. 1 of
-    the paper). Nodes on box faces move within the faces. Nodes on the crack and junction points stay. Moves
-    that break `MoveBounds` are undone and not counted.
+    In each of the `iterations` a node moves to half its own position plus a quarter of the position of each
+    of its two neighbours on the line (Eq. 1 of the paper). Nodes on a box face move within the face. Nodes
+    on the crack, on box edges and at junction points stay. Moves that break `MoveBounds` are undone and not
+    counted.
     """
     if not iterations:
         return surface, 0
@@ -152,7 +157,7 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
 
 
 def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ids (k,) of movable junction-line vertices and of their two neighbours on the line."""
+    """Return ids (k,) of movable junction-line vertices, and ids (k,) of each of their two neighbours."""
     classes = Classification(surface)
     lines, planes = classes.features.lines, classes.planes
     both = np.concatenate([lines, lines[:, ::-1]])

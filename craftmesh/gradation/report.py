@@ -16,12 +16,15 @@ from craftmesh.types import Surface
 
 # Degrees: every tetrahedron on a facet with a smaller angle has an aspect ratio over 5.
 POOR_ANGLE = 12.0
-# Ratio of an edge's target to l_max above which it counts as far from the front.
+# Ratio of an edge's target length to l_max above which the edge counts as far from the front.
 FAR = 0.95
 
 
 class Before(NamedTuple):
-    """The input's numbers of facets and of sharp wedges, and the volumes of its grains and voids."""
+    """The input's numbers of facets and of sharp wedges, and the volumes of its grains and voids by label.
+
+    A wedge is a dihedral angle of a grain; `sharp_wedges` finds the sharp ones.
+    """
 
     facets: int
     sharp_wedges: int
@@ -34,7 +37,10 @@ def figures_before(surface: Surface, volumes: dict[int, float]) -> Before:
 
 
 def gradation_report(gradation: Gradation, before: Before, result: Surface, sizing: Sizing) -> dict:
-    """Return counts, refusals, size adherence, angles, wedges and drift as numbers for JSON."""
+    """Return counts, refusals, size adherence, angles, wedges and volume changes as numbers for JSON.
+
+    A pair [a, b] is the number before and after the gradation; angles are in degrees.
+    """
     angles, refused = facet_angles(result.points, result.facets), gradation.state.scratch.refused
     return {
         "facets": [before.facets, len(result.facets)],
@@ -51,7 +57,11 @@ def gradation_report(gradation: Gradation, before: Before, result: Surface, sizi
 
 
 def size_adherence(surface: Surface, sizing: Sizing) -> dict:
-    """Return the 5, 50 and 95 % quantiles of the ratio of length to target, by group of edges."""
+    """Return the 5, 50 and 95 % quantiles of the ratio of edge length to target length, by group of edges.
+
+    The groups are regular (inside patches), junction (feature edges off the front) and front; regular_far
+    and junction_far have only edges with a target near l_max. The list of an empty group is empty.
+    """
     edges, _, _, feature = feature_edges(surface)
     lone = front_edges(surface)
     width = len(surface.points) + 1
@@ -71,7 +81,10 @@ def size_adherence(surface: Surface, sizing: Sizing) -> dict:
 
 
 def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:
-    """Return the mean and largest relative volume change of grains, and the grain of the largest."""
+    """Return the mean and largest relative volume change of grains and voids, and the label of the largest.
+
+    The keys are mean, max and grain; all are 0 without volumes.
+    """
     after = side_volumes(result.points, result.facets, result.sides)
     drift = {grain: abs(part) for grain, part in volume_drift(before, after).items()}
     if not drift:

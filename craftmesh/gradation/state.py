@@ -1,7 +1,9 @@
 """The working arrays of a gradation in three parts: the mesh, the arrays of guards, and work arrays.
 
 Kernels get all parts as one reference (craftmesh.by_reference) and read their fields in the same way:
-`state.points`, `state.home`, `state.star`.
+`state.points`, `state.home`, `state.star`. The star is the set of facets that an operation changes. A
+witness is the initial position of a removed or moved vertex, attached to the nearest facet; witnesses bound
+the distance from the input to the changed surface. A slot is the number of a grain or void in the arrays.
 """
 
 from typing import NamedTuple
@@ -19,13 +21,13 @@ from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.patches import oriented
 from craftmesh.types import BORDER, CRACK, Crack, Surface
 
-# Most facets that one operation may change, and most facets on one edge (a split halves each). This is far
-# more than meet at a vertex of a valid surface; an operation on more is refused.
+# Most facets that one operation may change, and most facets on one edge (a split halves each). Far fewer
+# meet at a vertex of a valid surface; an operation that needs more is refused.
 MOST_IN_STAR = 2048
 MOST_ON_EDGE = MOST_IN_STAR // 2
-# Most witnesses that one star may detach; an operation on more is refused (`distance`).
+# Most witnesses that one star may detach; an operation on more is refused with the reason `distance`.
 MOST_LOOSE = 65536
-# Most grains and voids at one star; volumes of further ones are not checked.
+# Most grains and voids at one star; the volumes of further grains and voids are not checked.
 MOST_GRAINS_NEAR = 128
 
 
@@ -42,36 +44,36 @@ class Mesh(NamedTuple):
     patch: np.ndarray  # (f,)
     first: np.ndarray  # (v,) the first corner at each vertex, -1 for a removed vertex (corner_lists)
     after: np.ndarray  # (3 f,) the next corner at the same vertex, -1 at the end
-    rank: np.ndarray  # (v,)
-    flags: np.ndarray  # (v,) bits (kernels.codes)
+    rank: np.ndarray  # (v,) 0 inside a patch, 1 on a line of feature edges, 2 where lines meet or end
+    flags: np.ndarray  # (v,) bits: box planes, crack, front, border (kernels.codes)
     size: np.ndarray  # (v,) target lengths
     used: np.ndarray  # (2,) numbers of vertices and of facets
     patch_facet: np.ndarray  # (p,) its first facet in the input
-    patch_sides: np.ndarray  # (p, 2) slots
-    patch_crack: np.ndarray  # (p,) bool
+    patch_sides: np.ndarray  # (p, 2) slots of the volumes behind and ahead, -1 for the exterior
+    patch_crack: np.ndarray  # (p,) bool, whether it is part of the crack
     patch_free: np.ndarray  # (p,) bool, whether it bounds the exterior or a void
-    patch_border: np.ndarray  # (p,) bool
-    stamp: np.ndarray  # (v,) marks of walks over vertices
-    facet_stamp: np.ndarray  # (f,) the same over facets
-    clock: np.ndarray  # (2,) the last mark of either
+    patch_border: np.ndarray  # (p,) bool, whether it is of kind BORDER
+    stamp: np.ndarray  # (v,) marks that kernels set to note vertices they have seen
+    facet_stamp: np.ndarray  # (f,) the same for facets
+    clock: np.ndarray  # (2,) the last mark used for vertices and for facets; new marks are larger
 
 
 class Guards(NamedTuple):
     """References for guards: normals, initial positions and volumes of the input, its crack and front."""
 
     reference: np.ndarray  # (f, 3) mean normals of the patch around the input's facets
-    home: np.ndarray  # (v, 3)
+    home: np.ndarray  # (v, 3) initial positions
     witness_first: np.ndarray  # (f,) the first witness of each facet, a vertex, -1 for none
     witness_after: np.ndarray  # (v,) the next witness of the same facet
     witness_rank: np.ndarray  # (v,) the ranks that vertices had at home
     witness_crack: np.ndarray  # (v,) bool, whether the home lies on the crack
     witness_front: np.ndarray  # (v,) bool, the same for its front
-    is_witness: np.ndarray  # (v,) bool
-    volume: np.ndarray  # (s,) of grains and voids, at the start
-    drift: np.ndarray  # (s,)
+    is_witness: np.ndarray  # (v,) bool, whether the vertex' home is attached to a facet
+    volume: np.ndarray  # (s,) initial volumes of grains and voids, by slot
+    drift: np.ndarray  # (s,) changes of these volumes so far
     front: np.ndarray  # (e, 2, 3) segments that front vertices slide along
-    crack_points: np.ndarray  # (p, 3) of the crack that vertices are put on (crack_triangles)
-    crack_triangles: np.ndarray  # (t, 3) none when the crack is flat
+    crack_points: np.ndarray  # (p, 3) points of the crack that vertices are projected onto
+    crack_triangles: np.ndarray  # (t, 3) its triangles, none if the crack is flat
     crack_bin_start: (
         np.ndarray
     )  # (b + 1,) the triangles in each bin, and the bins' grid (surface.kernels.bins)
@@ -82,21 +84,25 @@ class Guards(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Work arrays for one operation: its star, loose witnesses, grains near it; and counts of refusals."""
+    """Work arrays for one operation, and counts of refusals over all operations.
 
-    star: np.ndarray  # (k,) facets
+    The arrays hold the star, the loose witnesses (which must find a new facet), and the grains at the star.
+    The tip is the corner that all new facets of the star share.
+    """
+
+    star: np.ndarray  # (k,) rows of the facets that get new corners
     star_corners: np.ndarray  # (k, 3) their new corners
-    star_ends: np.ndarray  # (k, 2) the corners after the tip
+    star_ends: np.ndarray  # (k, 2) the two corners after the tip
     star_normal: np.ndarray  # (k, 3) unit normals
     star_feature: np.ndarray  # (k, 3) bool, mask of their feature edges
     dying: np.ndarray  # (d,) facets to be removed
     loose: np.ndarray  # (w,) witnesses
     loose_facet: np.ndarray  # (w,) the facet of each, old or found
     near_slot: np.ndarray  # (g,) slots of grains and voids
-    near_area: np.ndarray  # (g, 3) areas of their cones
-    near_volume: np.ndarray  # (g,) volumes of their cones
-    pending: np.ndarray  # (2,) numbers of grains near and of loose witnesses, for `commit`
-    refused: np.ndarray  # (r,) counts by reason
+    near_area: np.ndarray  # (g, 3) area vectors of the star's old facets, out of the grain (cones)
+    near_volume: np.ndarray  # (g,) volumes of the cones from the tip over these facets
+    pending: np.ndarray  # (2,) numbers of rows in near_* and in loose, from the check to the change
+    refused: np.ndarray  # (r,) counts of refusals by reason (kernels.codes)
 
 
 class State(NamedTuple):
@@ -119,8 +125,8 @@ PER_FACET |= {"facet_stamp": 0}
 def make_state(surface: Surface, size: np.ndarray, crack: Crack | None = None) -> State:
     """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points.
 
-    crack: the given crack, on which and along whose fronts crack vertices move; None uses the input's
-    crack.
+    crack: the given crack; crack vertices move on it and front vertices along its fronts. None uses the
+    surface's own crack and front.
     """
     mesh = _mesh(surface, size)
     guards = _guards(surface, mesh, crack)
@@ -162,7 +168,7 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
 
 
 def _flags(classes: Classification) -> np.ndarray:
-    """Return the flags (n,) of the vertices."""
+    """Return the flags (n,) of the vertices: bits of box planes, crack, front and border."""
     on_crack = ON_CRACK * classes.on_crack + ON_FRONT * classes.on_front
     flags: np.ndarray = classes.planes + on_crack + ON_BORDER * classes.on_border
     return flags
@@ -210,7 +216,10 @@ def _scratch() -> Scratch:
 
 
 def surface_of(state: State, surface: Surface) -> Surface:
-    """Return the state's living facets as a surface; sides and kinds come from the input's patches."""
+    """Return the state's living facets as a surface without unused points.
+
+    surface: the surface that the state was made from; its patches give the sides and kinds of the facets.
+    """
     mesh = state.mesh
     _, sides = oriented(surface)
     n, m = mesh.used
@@ -220,7 +229,7 @@ def surface_of(state: State, surface: Surface) -> Surface:
     return Surface(points, facets, sides[source], surface.kind[source])
 
 
-# Free rows for vertices and for facets: at least this number, and this fraction of the living facets.
+# Free rows for vertices and for facets: this number, or this fraction of the living facets if that is more.
 LEAST_VERTICES, VERTEX_SHARE = 1000, 1 / 16
 LEAST_FACETS, FACET_SHARE = 4000, 1 / 8
 # Number of corners renumbered at a time, to avoid a second copy of all corners.
@@ -228,10 +237,11 @@ BATCH = 1 << 16
 
 
 def make_room(arrays: dict[str, np.ndarray]) -> None:
-    """Remove dead facets from the `arrays` of Mesh and Guards, by field name, and add free rows.
+    """Remove dead facets from `arrays` and add free rows; arrays: of Mesh and Guards, by field name.
 
-    Living facets, corner lists and witnesses keep their order. Each array is copied at most once and
-    released before the next copy. If `arrays` is the only owner, no memory for a second state is needed.
+    Replaces the values of `arrays`. Living facets, corner lists and witnesses keep their order. Each old
+    array is released before the next one is copied, so if `arrays` is the only owner, there is never
+    memory for two states in use.
     """
     vertices, facets = (int(used) for used in arrays["used"])
     living = np.flatnonzero(arrays["alive"][:facets])
@@ -261,7 +271,7 @@ def lengthened(array: np.ndarray, length: int, fill: float) -> np.ndarray:
 def _picked(array: np.ndarray, rows: np.ndarray, length: int, fill: int) -> np.ndarray:
     """Return the `rows` of `array`, followed by rows of `fill` up to `length` rows."""
     picked = np.empty((length, *array.shape[1:]), array.dtype)
-    # With the default mode, which may raise, numpy would first collect the rows in a copy.
+    # mode="clip", because with the default mode, which may raise, numpy first collects the rows in a copy
     np.take(array, rows, axis=0, out=picked[: len(rows)], mode="clip")
     picked[len(rows) :] = fill
     return picked

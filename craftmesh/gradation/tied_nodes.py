@@ -1,4 +1,7 @@
-"""Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which sheets touch in a point."""
+"""Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which parts of the surface only touch.
+
+A fan is a set of facets at a node that are connected over shared edges; a tied node has several fans.
+"""
 
 import numpy as np
 import scipy
@@ -11,12 +14,11 @@ from craftmesh.types import CRACK, Surface
 
 
 def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
-    """Return the surface with a copy of each tied node per fan, and the numbers released and refused.
+    """Return the surface with a copy of each tied node per fan, and the numbers of nodes released and kept.
 
-    A fan is a set of facets at the node that are connected over shared edges. Each copy moves to the
-    centroid of its fan's outer vertices, within the fan's box plane if it has one. Nodes on junction lines
-    or on the crack stay. A node is refused if its release would make facets intersect or pass over another
-    vertex. Facets keep their order.
+    Each copy moves to the centroid of its fan's outer vertices, within the fan's box plane if it has one.
+    Nodes on junction lines or on the crack are not touched and not counted. A tied node is kept if its
+    release would make facets intersect or pass over another vertex. Facets keep their order.
     """
     facets = surface.facets.astype(np.int64)
     corners, copies, node = _fans(surface, facets)
@@ -33,7 +35,7 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     targets[ids[~passing]] = centroid[~passing]
     known = intersecting_pairs(surface.points, facets)
     points, held = guarded_move(parted, targets, RELEASING, known=known)
-    # fans that stay at a node share one point again
+    # fans whose copy must not move share the lowest of their copies, so that they are joined again
     stays = passing | held[ids]
     first = np.full(len(points), len(points))
     np.minimum.at(first, node[stays], ids[stays])
@@ -47,14 +49,14 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
 
 
 def _parted(surface: Surface, points: np.ndarray, corners: np.ndarray, ids: np.ndarray) -> Surface:
-    """Return the surface with other points, and with its corners (k,) set to the points `ids` (k,)."""
+    """Return the surface on `points`, with point ids[i] at corner corners[i] of the flattened facets."""
     facets = surface.facets.astype(np.int64).ravel()
     facets[corners] = ids
     return Surface(points, facets.reshape(-1, 3), surface.sides, surface.kind)
 
 
 def _fans(surface: Surface, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the corners (k,) of tied nodes, the fan (k,) of each, and the node (n,) of each fan.
+    """Return corners (k,) at tied nodes, the fan number (k,) of each, and the node id (n,) of each fan.
 
     Corner c is facets[c // 3, c % 3]; fans are numbered in the order of their nodes.
     """
@@ -89,9 +91,9 @@ def _connected(features: FeatureEdges, corner: np.ndarray, vertex: np.ndarray) -
 def _centroids(
     surface: Surface, facets: np.ndarray, corners: np.ndarray, copies: np.ndarray, count: int
 ) -> np.ndarray:
-    """Return the centroid (count, 3) of each fan's outer vertices, exactly on the box plane of the fan.
+    """Return the centroid (count, 3) of each fan's outer vertices; a fan in a box plane keeps it exactly.
 
-    corners, copies (k,): corners of tied nodes and their fans.
+    corners, copies (k,): corners at tied nodes and the fan number of each; count: number of fans.
     """
     row, column = corners // 3, corners % 3
     following = surface.points[facets[row, (column + 1) % 3]]
@@ -110,7 +112,7 @@ def _centroids(
 def _passes_points(
     points: np.ndarray, facets: np.ndarray, corners: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
-    """Return a mask (k,) of corners whose facet passes over a vertex if the corner moves to `target`."""
+    """Return a mask (k,) of corners whose facet sweeps over a vertex if they move to target (k, 3)."""
 
     row, column = corners // 3, corners % 3
     start, a, b = (points[facets[row, (column + i) % 3]] for i in range(3))

@@ -2,7 +2,8 @@
 
 from craftmesh.jit import lean_kernel
 
-# Results that are no refusals: the operation was done; it was not needed or its edge or vertex is gone.
+# Results that are no refusals: the operation was done; the operation was not needed, or its edge or vertex
+# no longer exists.
 DONE = -1
 NO_NEED = -2
 # Reasons of refusal, and their names in the report.
@@ -23,7 +24,8 @@ REFUSALS = {
     INTERSECTION: "intersection",
     WEDGE: "wedge",
 }
-# Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k, two planes an axis; then these three.
+# Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k (1 to 6, two planes per axis), which
+# together are ON_PLANES; then one bit each for crack, front and border.
 ON_PLANES = 63
 ON_CRACK = 64
 ON_FRONT = 128
@@ -32,7 +34,7 @@ ON_BORDER = 256
 
 @lean_kernel
 def is_held(flags, axis):
-    """Return whether a border, or a box plane perpendicular to `axis`, holds the vertex's coordinate."""
+    """Return whether a border, or a box plane perpendicular to `axis`, fixes the vertex' coordinate."""
     return flags & ON_BORDER != 0 or (flags >> (2 * axis)) & 3 != 0
 
 

@@ -1,4 +1,7 @@
-"""Edge collapse on multi-material surfaces: the end that moves, its new position, and the checks."""
+"""Edge collapse on multi-material surfaces: the end that moves, its new position, and the checks.
+
+The star is the set of facets that get new corners; the tip is the corner that they all share.
+"""
 
 import numpy as np
 
@@ -22,20 +25,23 @@ from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
-# Largest distance from the edge's midpoint at which a collapse may put the vertex to keep the volumes,
-# chosen by hand: this fraction of the edge plus this fraction of the target length. If the volumes need
-# more, the guard of drift decides.
+# Largest distance from the edge's midpoint at which a collapse may put the vertex to keep the grains'
+# volumes: this fraction of the edge length plus this fraction of the target length, chosen by hand. If the
+# volumes need a larger shift, the limit of volume drift decides.
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
-# Ratio to the target length below which edges inside a patch collapse onto an end first, which does not
-# keep volumes, and the fraction of the bound of drift up to which they do so: the rest of the bound is left
-# to collapses that have no other place.
+# Ratio of length to target length below which an edge inside a patch is first collapsed onto an end, which
+# does not keep volumes. These collapses may use only this fraction of the limit of volume drift; the rest
+# is left to collapses that have no other position.
 SHORT, DRIFT_OF_SHORT = 0.5, 0.1
 
 
 @lean_kernel
 def _star_of_merging(state, a, b, halfway):
-    """Return the star of merging `b` into `a`, which stays or moves halfway; moved is -1 if too big."""
+    """Return the star of merging `b` into `a`; star.moved is -1 if it has too many facets.
+
+    halfway: whether `a` moves (its new position is set later); if not, it stays.
+    """
     tip = state.used[0] if halfway else a
     dying = list_edge_facets(state, b, a)
     moved = add_star(state, b, a, tip, np.int64(0))
@@ -67,8 +73,9 @@ def _put_halfway(state, star):
 def collapse(state, grid, limits, a, b, halfway, drift):
     """Merge `b` into `a`, at a's position or near the edge's midpoint; return DONE or the reason why not.
 
-    drift: bound of the relative change of volumes, if that is less than the limits allow. The link
-    condition must hold already (link_refusal).
+    halfway: whether the vertex moves near the midpoint. drift: for a collapse onto `a`, the largest
+    relative volume change if less than limits.drift. The link condition, that the topology stays, must hold
+    already (`link_refusal`, not checked here).
     """
     if makes_ear(state, a, b):
         return EAR
@@ -115,9 +122,10 @@ def collapse_edge(state, grid, limits, a, b):
 
 @lean_kernel
 def _collapse_somehow(state, grid, limits, a, b, ends):
-    """Collapse the edge to its midpoint or onto an end, the first that is allowed; return DONE or why not.
+    """Try to collapse the edge to its midpoint and onto the ends that `ends` allows, until one succeeds.
 
-    A collapse onto an end changes fewer facets. Short edges inside a patch try this first.
+    Return DONE or the reason of the last refusal. Short edges inside a patch try their ends first, because
+    a collapse onto an end changes fewer facets; other edges try the midpoint first.
     """
     reason = DONE
     halfway = ends == EITHER and not (state.flags[a] & ON_CRACK)

@@ -14,15 +14,16 @@ from craftmesh.gradation.kernels.codes import (
 from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature, third_corner
 from craftmesh.jit import lean_kernel
 
-# Ends of an edge that may move: neither, the second onto the first, the first onto the second, either one.
+# Codes for the end of an edge (a, b) that may move: neither, b onto a, a onto b, either one.
 NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
 
 
 @lean_kernel
 def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
-    """Return the code of the end that may move, and for NEITHER the reason, else DONE.
+    """Return the code of the end that may move, and the reason for NEITHER, else DONE.
 
-    The end of higher rank stays; between ends of one rank the one with more box planes stays.
+    feature: whether the edge may collapse along a line. An end may move onto the other if the other has at
+    least its rank and all of its flags (box planes, crack, front).
     """
     if rank_a > 0 and rank_b > 0 and not feature:
         return NEITHER, JUNCTION
@@ -45,9 +46,10 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
 
 @lean_kernel
 def end_on_box_edge(flags_a, flags_b):
-    """Return the code of the end that may move, for an edge between a box edge and the nearby crack mouth.
+    """Return the end that may move if the edge joins a box edge and the crack mouth, else NEITHER.
 
-    The mouth's vertex then moves from the crack onto the box edge, if the guards allow the distance.
+    The mouth is the line where the crack meets a box plane. Its vertex may move off the crack onto a vertex
+    on more box planes; the guards decide later whether that is too far.
     """
     for flags, other, ends in ((flags_a, flags_b, ONTO_A), (flags_b, flags_a, ONTO_B)):
         mouth = other & ~ON_CRACK
@@ -58,10 +60,11 @@ def end_on_box_edge(flags_a, flags_b):
 
 @lean_kernel
 def closes_thin_end(state, a, b):
-    """Return whether an edge inside a patch joins two of its border lines close to where these meet.
+    """Return whether edge (a, b) is inside a patch and crosses its thin end, between two border lines.
 
-    Merging such an edge closes the thin end of the patch: one facet between the two lines is removed and
-    its two border edges become one edge, on which no side may then have more than two facets.
+    One of the two facets on the edge must have feature edges as its other two edges. A collapse removes
+    this facet and merges these two edges; the merged edge may have at most two facets of each side (grain
+    or void). The result is False for an edge with both ends on the crack.
     """
     if state.flags[a] & state.flags[b] & ON_CRACK:
         return False
@@ -77,7 +80,10 @@ def closes_thin_end(state, a, b):
 
 @lean_kernel
 def _lines_may_join(state, a, b, tip):
-    """Return whether edges (a, tip) and (b, tip) may merge, with at most two facets of each side on it."""
+    """Return whether edges (a, tip) and (b, tip) may merge into one edge.
+
+    It may have at most two facets of each side, a grain or void.
+    """
     for end, other in ((a, b), (b, a)):
         c = state.first[end]
         while c >= 0:
@@ -100,7 +106,10 @@ def _between_lines(state, a, b, u):
 
 @lean_kernel
 def _facets_of_side(state, a, b, u, side):
-    """Return the number of facets on edge (a, u), but not at `b`, that bound the side (a slot)."""
+    """Return the number of facets on edge (a, u), without corner `b`, that bound the slot `side`.
+
+    A slot is the number of a grain or void. Facets with it on both sides do not count.
+    """
     count = 0
     c = state.first[a]
     while c >= 0:
@@ -117,10 +126,10 @@ def _facets_of_side(state, a, b, u, side):
 def link_refusal(state, a, b, closing, merge_points):
     """Return the reason why merging (a, b) would change the topology, or DONE.
 
-    Vertices joined to both ends must be corners of facets on the edge (link condition). None of
-    these may be joined to both ends by feature edges, because two junction lines would merge; this is
-    allowed if `closing` (closes_thin_end), or if junction points may merge and the facet between the lines
-    is a remnant (_is_remnant).
+    Each vertex joined to both ends must be a corner of a facet on the edge (link condition). None of these
+    corners may be joined to both ends by feature edges, because two junction lines would merge. That is
+    allowed if `closing` (the edge crosses the thin end of a patch, `closes_thin_end`), or if `merge_points`
+    is true and the facet between the lines is a remnant of a patch (`_is_remnant`).
     """
     facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
     mark = state.clock[0] + 1
@@ -160,9 +169,10 @@ def link_refusal(state, a, b, closing, merge_points):
 
 @lean_kernel
 def _is_remnant(state, f, a, b, u):
-    """Return whether facet f = (a, b, u) may close because its patch continues beyond one of the two lines.
+    """Return whether facet f = (a, b, u) is a remnant that may close.
 
-    A crack leaves such a remnant of a grain contact where a triple line grazes the crack.
+    A remnant has three vertices of rank 2, and its patch continues beyond exactly one of its edges (a, u)
+    and (b, u), by one facet. A crack leaves one of a grain contact where a triple line grazes the crack.
     """
     if state.rank[a] < 2 or state.rank[b] < 2 or state.rank[u] < 2:
         return False
@@ -205,9 +215,9 @@ def _twin_facet(state, a, b, mark):
 
 @lean_kernel
 def grains_touch(state, a, b):
-    """Return whether merging `a` and `b` would make a side or patch touch itself in a vertex.
+    """Return whether merging `a` and `b` would make a grain, void or patch touch itself in a vertex.
 
-    This is so if the side or patch has facets at both ends but none on the edge (a, b).
+    That happens if it has facets at both ends but none on the edge (a, b).
     """
     c = state.first[a]
     while c >= 0:
@@ -225,7 +235,7 @@ def grains_touch(state, a, b):
 
 @lean_kernel
 def _ends_meet(state, a, b, patch, side):
-    """Return whether `b` has facets of the patch or of the side, none of them with the corner `a`."""
+    """Return whether `b` has facets of the patch or of the slot `side`, none of them with corner `a`."""
     found = False
     d = state.first[b]
     while d >= 0:
@@ -257,9 +267,10 @@ def is_front_edge(state, a, b):
 
 @lean_kernel
 def makes_ear(state, a, b):
-    """Return whether moving `b` onto the front vertex `a` makes an ear, an edge to another front vertex.
+    """Return whether moving `b` onto `a` makes an ear: an inner crack edge between two front vertices.
 
-    See craftmesh.surface.front; an edge that is or becomes a front edge is not an ear.
+    An ear cannot open (craftmesh.surface.front). The result is False if `a` is not on the front. An edge
+    that is or becomes a front edge is not an ear.
     """
     if not (state.flags[a] & ON_FRONT):
         return False

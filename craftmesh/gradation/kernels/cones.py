@@ -1,4 +1,10 @@
-"""Volumes of cones between a star of facets and a point, by grain, for vertex positions and drift."""
+"""Volumes of cones between a star of facets and a point, by grain.
+
+The star is the set of facets that an operation changes. A cone is the tetrahedron between a facet and the
+point. The sum of a grain's cones over the old facets is the volume that the grain loses if all new facets
+have the point as a corner. The sums give the position that keeps the volumes, and the drift, the change of
+a grain's volume since the start.
+"""
 
 import numpy as np
 
@@ -7,8 +13,8 @@ from craftmesh.gradation.kernels.star import old_facet, star_patch
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
-# Fraction of the trace that is added to the diagonal of the system for a shift. The system then has a
-# solution also for facets in one plane, which is one percent too short there.
+# Fraction of the matrix's trace that is added to its diagonal in the 3 x 3 system for a shift. The system
+# then has a solution for facets in one plane too; there the shift is one percent too short.
 DAMPING = 0.01
 
 
@@ -54,7 +60,7 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
 
 @lean_kernel
 def _cones_of_patch(state, star, place, patch):
-    """Fill the rows of the grains as `grain_cones` does, for a star within one patch."""
+    """Fill the rows of grains, areas and volumes like `grain_cones`, for a star within one patch."""
     x = y = z = volume = 0.0
     for i in range(star.moved + star.dying):
         u, v, w, more = _cone(state.points, state.facets, old_facet(state, star, i), place)
@@ -75,9 +81,11 @@ def _cones_of_patch(state, star, place, patch):
 
 @lean_kernel
 def grain_cones(state, star, place):
-    """Fill rows of grains with areas and volumes of the cones from `place` over the star's old facets.
+    """Fill state.near_slot, near_area and near_volume; return the number of rows.
 
-    Return the number of rows; there is one for each grain or void at the star.
+    Each row has the sums, for one grain or void at the star, of the area vectors of the old facets (out of
+    the grain) and of the volumes of their cones from `place`. Further grains are left out when the arrays
+    are full.
     """
     points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
     slots, areas, volumes = state.near_slot, state.near_area, state.near_volume
@@ -108,10 +116,11 @@ def _solve(m, right, x):
 
 @kernel
 def volume_shift(state, count, planes, shift):
-    """Set `shift` (3,) to the smallest move of the cones' apex that keeps every grain's volume.
+    """Set `shift` (3,) to the smallest move of the cones' apex that keeps the grains' volumes best.
 
-    Coordinates fixed by the bits of the box `planes` do not move. On a line of three grains, the volumes
-    determine the move across the line; inside a patch they determine only the part along the normal.
+    count: number of rows from `grain_cones`. Coordinates that the bits of the box `planes` fix do not move;
+    the rows' areas become 0 along them. On a line of three grains, the volumes determine the move across
+    the line; inside a patch they determine only the part along the normal.
     """
     matrix = np.zeros((3, 3))
     right = np.zeros(3)
@@ -134,7 +143,10 @@ def volume_shift(state, count, planes, shift):
 
 @kernel
 def keep_volumes(state, star, planes, reach):
-    """Move the star's tip by at most `reach`, within box `planes`, so that grains keep their volumes."""
+    """Move the star's tip, its new corner, by at most `reach`, so that grains keep their volumes.
+
+    planes: flags whose box planes the tip does not leave.
+    """
     place = state.points[star.tip]
     shift = np.empty(3)
     volume_shift(state, grain_cones(state, star, place), planes, shift)
@@ -147,9 +159,9 @@ def keep_volumes(state, star, planes, reach):
 
 @lean_kernel
 def drift_allows(state, count, cap):
-    """Return whether each grain's drift stays within `cap` of its volume after the change in its row.
+    """Return whether the change in the first `count` rows keeps each grain's drift within its limit.
 
-    A grain beyond the cap may still move back toward its volume.
+    The limit is `cap` times the grain's initial volume. A grain beyond it may still move back.
     """
     for n in range(count):
         slot = state.near_slot[n]
@@ -161,6 +173,6 @@ def drift_allows(state, count, cap):
 
 @lean_kernel
 def book_drift(state, count):
-    """Add the rows' volumes to the grains' drifts."""
+    """Subtract the volumes in the first `count` rows from the drifts of their grains."""
     for n in range(count):
         state.drift[state.near_slot[n]] -= state.near_volume[n]

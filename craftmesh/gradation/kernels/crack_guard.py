@@ -1,8 +1,8 @@
 """The guards of the crack: its facets stay near the given crack, the edges of its front near the front.
 
-Witnesses bound the distance from the input's vertices to the surface. These guards bound the opposite
-distance: from facets and edges between vertices on the crack to the crack, and from crack vertices that
-become junction points to the crack. Larger distances in the input may remain.
+Witnesses, initial positions attached to facets, bound the distance from the input's vertices to the
+surface. These guards bound the opposite distance: from new crack facets, from new front edges, and from the
+tip (the star's new or moved vertex) to the given crack and its front. Larger distances in the input remain.
 """
 
 import numpy as np
@@ -16,19 +16,19 @@ from craftmesh.surface.kernels.facet_shape import segment_distance2
 from craftmesh.surface.rounding import ROUNDING
 
 # Barycentric coordinates of the sampled points of a facet: all multiples of an eighth except the corners.
-# Between quarters of the edges, facets of rough cracks are up to a third farther away than there.
+# With quarters instead, facets of rough cracks are up to a third farther away between the samples.
 PLACES = np.array([(i, j, 8 - i - j) for i in range(8) for j in range(9 - i) if max(j, 8 - i - j) < 8]) / 8
-# Search distance relative to the limit; points farther from the crack (the insertion may have moved it) are
-# not measured.
+# Search distance relative to the limit. Points farther from the given crack count as infinitely far; they
+# exist because the insertion may have moved the crack.
 FAR = 8.0
 
 
 @kernel
 def leaves_crack(state, star, limit):
-    """Return whether new crack facets are farther from the crack than `limit` and than all old ones.
+    """Return whether a new crack facet is farther from the given crack than `limit` and than all old ones.
 
-    The result is also True if the tip is (`_tip_leaves`), because a crack vertex may become a junction
-    point off the crack.
+    The result is also True if the tip, the star's new or moved vertex, is too far (`_tip_leaves`), because
+    a crack vertex may become a junction point off the crack. It is False for a flat crack.
     """
     if len(state.crack_triangles) == 0:
         return False
@@ -66,7 +66,10 @@ def _tip_leaves(state, star, limit, place):
 
 @lean_kernel
 def _off2(state, vertex, limit, place):
-    """Return the squared distance of a vertex from the crack, exact beyond `limit`."""
+    """Return the squared distance of a vertex from the given crack.
+
+    It is exact from `limit` to FAR times `limit`, any value within `limit` below, and inf above.
+    """
     for k in range(3):
         place[0, k] = state.points[vertex, k]
     return nearest_triangle(state, place, 0, limit, FAR * limit)[1]
@@ -74,7 +77,7 @@ def _off2(state, vertex, limit, place):
 
 @lean_kernel
 def _facet_off2(state, corners, limit, place):
-    """Return the largest squared distance of sampled facet points from the crack, exact beyond `limit`."""
+    """Return the largest squared distance of the facet's sampled points from the crack, as in `_off2`."""
     worst = 0.0
     for n in range(len(PLACES)):
         for k in range(3):
@@ -87,7 +90,10 @@ def _facet_off2(state, corners, limit, place):
 
 @kernel
 def leaves_front(state, star, limit):
-    """Return whether a new front edge's midpoint is farther from the front than `limit` and old ones."""
+    """Return whether the midpoint of a new front edge is too far from the front (state.front).
+
+    Too far is farther than `limit` and than the midpoints of all old front edges at the star's vertices.
+    """
     moves = star.tip != star.vertex or star.gone >= 0
     flags = state.flags[star.vertex] | (state.flags[star.gone] if star.gone >= 0 else 0)
     if not moves or not flags & ON_FRONT:

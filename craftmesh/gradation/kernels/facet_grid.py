@@ -1,4 +1,8 @@
-"""A grid of facet lists that stays valid while facets change, for intersection tests inside kernels."""
+"""A grid of facet lists that stays valid while facets change, for intersection tests inside kernels.
+
+An item is one entry of a facet in the list of a cell. Facets that have moved or are dead leave items
+behind; queries unlink the items of dead facets.
+"""
 
 from collections import namedtuple
 
@@ -8,14 +12,15 @@ from craftmesh.gradation.kernels.sheets import EMPTY, goes_on, join
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
-# origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; common code of each cell's
-# facets (sheets.join); facet and next item per item; number of items used (1,); per facet the
-# lowest and highest cell it was last entered in; the candidates of the last query, their bounds in columns
-# (6, c), mask of candidates that meet the box of the last `list_hits`, and these facets.
+# origin (3,), inverse cell size (1,), cells per axis (3,); first item of each cell, -1 for none; code of
+# the common patch and direction of each cell's facets (sheets.join); facet and next item of each item;
+# number of items used (1,); for each facet (6,) the lowest and highest cell per axis that it was last
+# entered in; candidates of the last query, and their bounds in columns (6, c); mask of candidates that meet
+# the box of the last `list_hits`, and these facets.
 FacetGrid = namedtuple(
     "FacetGrid", "origin scale dims first common facet after used covered candidate bounds met hits"
 )
-# More items than any operation needs; if fewer are left, the grid is rebuilt.
+# Number of items that no operation exceeds; if fewer are free, the grid is rebuilt.
 ROOM_PER_STEP = 60000
 # Most cells; cells are enlarged until there are no more.
 MOST_CELLS = 6_000_000
@@ -26,7 +31,10 @@ GONE = 2**62
 
 
 def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets: int) -> FacetGrid:
-    """Return an empty grid from `low` to `high` (3,), with cells of about `cell` and room for `items`."""
+    """Return an empty grid around the box from `low` to `high` (3,), with room for `items` and `facets`.
+
+    The cells are `cell` wide, or wider if there would be more than MOST_CELLS.
+    """
     low, high = low - cell, high + cell
     while np.prod(np.ceil((high - low) / cell)) > MOST_CELLS:
         cell *= 1.25
@@ -50,7 +58,7 @@ def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets
 
 @lean_kernel
 def has_room(grid):
-    """Return whether one more operation surely fits into the grid's item lists."""
+    """Return whether ROOM_PER_STEP items are free, so that one more operation fits into the lists."""
     return grid.used[0] + ROOM_PER_STEP < len(grid.facet)
 
 
@@ -61,7 +69,10 @@ def _cell(x, axis, origin, scale, dims):
 
 @lean_kernel
 def insert_facet(grid, points, f, a, b, c, patch):
-    """Enter facet `f` with corners (a, b, c) into the cells that its box meets; return False if full."""
+    """Enter facet `f` with corners (a, b, c) into the cells that its box meets; return False if full.
+
+    Cells that the facet was in before its last change keep their items.
+    """
     x, y, z = area_vector(points, a, b, c)
     origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
     first, after, item_facet = grid.first, grid.after, grid.facet
@@ -113,7 +124,10 @@ def fill_grid(grid, points, facets, patch, alive, facet_count):
 
 @lean_kernel
 def _set_bounds(points, facets, f, low, high, bounds, n):
-    """Set column `n` to the bounds of facet `f`; return whether they meet the box, without a branch."""
+    """Set column `n` of `bounds` to the bounds of facet `f`; return whether they meet the box.
+
+    low, high: the box. The loop has no branch, which is faster.
+    """
     a = facets[f, 0]
     b = facets[f, 1]
     c = facets[f, 2]
@@ -132,10 +146,11 @@ def _set_bounds(points, facets, f, low, high, bounds, n):
 
 @lean_kernel
 def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low, high):
-    """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
+    """List in grid.candidate the facets whose bounds meet the box from `low` to `high`.
 
-    Cells whose facets all continue the sheet are skipped. Facets with facet_stamp >= `mark` are skipped
-    too, which includes removed facets (GONE); listed facets get facet_stamp = mark.
+    Return their number, -1 if too many. Cells whose facets all continue the sheet (same patch, similar
+    normals) are skipped. Facets with facet_stamp >= `mark` are skipped too, which includes removed facets
+    (GONE); all other facets of the visited cells get facet_stamp = mark.
     """
     origin, scale, dims = grid.origin, grid.scale, grid.dims
     first, after, item_facet = grid.first, grid.after, grid.facet
@@ -179,7 +194,7 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low
 def list_hits(grid, near, points, a, b, c):
     """Write to grid.hits the ids of the first `near` candidates whose bounds meet the bounds of (a, b, c).
 
-    (a, b, c) is a facet. Return the number of hits. The bounds are compared without a branch.
+    a, b, c: corners of a facet. Return the number of hits. The loops have no branch, which is faster.
     """
     candidate, bounds, met, hits = grid.candidate, grid.bounds, grid.met, grid.hits
     x0 = min(points[a, 0], points[b, 0], points[c, 0])

@@ -7,7 +7,7 @@ from craftmesh.jit import kernel
 
 @kernel
 def turned_to_least(facets, new):
-    """Return facets (m, 3) with the points' `new` ids, each rotated so that its smallest id is first."""
+    """Return facets (m, 3) with point ids new[id], each rotated so that its smallest new id is first."""
     turned = np.empty_like(facets)
     for f in range(len(facets)):
         a, b, c = new[facets[f, 0]], new[facets[f, 1]], new[facets[f, 2]]
@@ -25,8 +25,8 @@ def turned_to_least(facets, new):
 def rows_by_points(facets, count):
     """Return the rows (m,) of facets (m, 3), sorted by smallest, middle and largest point id.
 
-    The first corner of each facet is its smallest id; count: number of points. Facets on the same points
-    keep their order.
+    The first corner of each facet must be its smallest id (not checked); count: number of points. Facets
+    on the same points keep their order.
     """
     end = np.zeros(count + 1, np.int64)
     for f in range(len(facets)):

@@ -1,8 +1,9 @@
 """The guarded operation: every change of the surface is checked first and made afterwards.
 
-An operation fills the star (changing facets with their new corners, removed facets, position of the tip)
-and gives its own limits. `refusal` returns the guard that forbids the change, checks cheap guards first,
-and does not change the mesh. `commit` makes the change that `refusal` allowed.
+An operation fills the star: facets with their new corners, facets to remove, and the position of the tip,
+the corner that all new facets share. `refusal` returns the reason of the first guard that forbids the
+change, checks cheap guards first, and does not change the mesh. `commit` makes the change that `refusal`
+allowed.
 """
 
 import numpy as np
@@ -22,7 +23,10 @@ from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 
 @lean_kernel
 def attempt(state, grid, limits, star, floor, rise):
-    """Make the star's change if every guard allows it; return DONE or the reason why not."""
+    """Make the star's change if every guard allows it; return DONE or the reason why not.
+
+    floor, rise: limits of angle scores, as in `refusal`.
+    """
     reason = refusal(state, grid, limits, star, floor, rise)
     if reason == DONE:
         commit(state, grid, star)
@@ -33,8 +37,8 @@ def attempt(state, grid, limits, star, floor, rise):
 def refusal(state, grid, limits, star, floor, rise):
     """Return the reason why the star may not change, or DONE.
 
-    New facets must have the score `floor`, or the old facets' score plus `rise`. Guards with infinite
-    limits are skipped.
+    New facets must have the angle score `floor`, or, if that is less, the smallest score of the old facets
+    plus `rise`. Guards with infinite limits are skipped.
     """
     reason = shape_refusal(state, star, floor, rise, limits.cosine, limits.longest)
     if reason != DONE:
@@ -94,7 +98,8 @@ def _set_loose(state, star):
 def _list_takers(state, star):
     """Return the number of facets in state.star that may get witnesses, or -1 if too many.
 
-    If a vertex merges into a vertex that stays, the facets at the latter are appended and may get them too.
+    If a vertex merges into a vertex that stays, the other facets at the staying vertex are appended to
+    state.star, because they may get witnesses too.
     """
     if star.gone >= 0 and star.tip == star.vertex:
         return add_star(state, star.vertex, star.gone, star.vertex, star.moved)
@@ -103,9 +108,10 @@ def _list_takers(state, star):
 
 @lean_kernel
 def _look_around(state, grid, star):
-    """Return the number of the grid's candidates that new facets may meet, and the sheet of these facets.
+    """Return the number of facets in grid.candidate that new facets may meet, and the star's sheet.
 
-    The number is -1 if there are too many.
+    A sheet is a star that can only meet facets of other patches (`sheets`). The number is -1 if there are
+    too many.
     """
     sheet = sheet_of(state, star)
     near = _list_near(state, grid, star, sheet)
@@ -119,9 +125,9 @@ def _look_around(state, grid, star):
 
 @lean_kernel
 def _list_near(state, grid, star, sheet):
-    """List as candidates the facets near the star, without its own and without facets of its sheet.
+    """List in grid.candidate the facets near the star, without the star's own facets.
 
-    Return their number, or -1 if too many.
+    Cells of the grid whose facets all continue the sheet are skipped. Return the number, or -1 if too many.
     """
     stamp, points = state.facet_stamp, state.points
     mark = state.clock[1] + 1
@@ -179,7 +185,10 @@ def _take_out(state, f):
 
 @lean_kernel
 def _give_corners(state, star, i):
-    """Set the new corners of the star's facet in row `i`, at most one of them new; detach its witnesses."""
+    """Set the new corners of the star's facet in row `i`, and detach its witnesses.
+
+    At most one corner may differ from the old corners, except for the tip that stands for the vertex.
+    """
     facets, f, v = state.facets, state.star[i], star.vertex
     state.changed[f] = True
     state.witness_first[f] = -1

@@ -11,9 +11,10 @@ from craftmesh.surface.rounding import SAME_PLACE
 
 @lean_kernel
 def set_planes(points, corners, planes):
-    """Set rows of `planes` (4, 5): unit normal, offset, and height that counts as contact.
+    """Set the rows of `planes` (4, 5) for the facet `corners`.
 
-    Row 0 is the facet's plane; row k + 1 is the perpendicular plane through edge k, facing away from it.
+    A row is a unit normal, an offset, and the height that counts as contact. Row 0 is the facet's plane;
+    row k + 1 is the perpendicular plane through edge k, its normal pointing away from the facet.
     """
     a, b, c = corners
     x, y, z = area_vector(points, a, b, c)
@@ -51,10 +52,11 @@ def set_planes(points, corners, planes):
 
 @lean_kernel
 def _apart(points, planes, corners, p, q, r):
-    """Return True if facet (p, q, r) surely meets the facet of `planes` at most in shared corners.
+    """Return True if facet (p, q, r) surely meets the facet `corners` at most in shared corners.
 
-    The condition is that its unshared corners lie strictly on one side of the facet's plane, or strictly
-    beyond an edge whose opposite corner is not shared. False means undecided.
+    planes: of the facet `corners` (`set_planes`). The condition is that the unshared corners among p, q, r
+    lie strictly on one side of that facet's plane, or strictly beyond one of its edges whose opposite
+    corner is not shared. False means undecided; an exact test must follow.
     """
     above = False
     below = False
@@ -89,7 +91,7 @@ def _apart(points, planes, corners, p, q, r):
 
 @lean_kernel
 def _meets_star(points, planes, star, i):
-    """Return whether the new facet star[i] meets one of the new facets before it."""
+    """Return whether the new facet star[i] meets one of star[:i]; planes: of star[i] (`set_planes`)."""
     a, b, c = star[i]
     for j in range(i):
         if _apart(points, planes, star[i], star[j, 0], star[j, 1], star[j, 2]):
@@ -101,7 +103,7 @@ def _meets_star(points, planes, star, i):
 
 @lean_kernel
 def _meets_candidates(grid, near, points, facets, planes, corners):
-    """Return whether the new facet with these corners meets one of the first `near` candidates."""
+    """Return whether the new facet `corners` meets one of the first `near` facets in grid.candidate."""
     a, b, c = corners
     for n in range(list_hits(grid, near, points, a, b, c)):
         f = grid.hits[n]
@@ -114,9 +116,10 @@ def _meets_candidates(grid, near, points, facets, planes, corners):
 
 @kernel
 def star_intersects(grid, points, facets, near, star, count, alone):
-    """Return whether one of the new facets star[:count] (k, 3) meets another one or a candidate.
+    """Return whether one of the new facets star[:count] meets another one or a candidate.
 
-    near: number of the grid's candidates; alone: compare new facets only with candidates.
+    star (k, 3): corners of the new facets; near: number of facets in grid.candidate; alone: whether new
+    facets are compared only with candidates, because they cannot meet each other (`sheets`).
     """
     if alone and near == 0:
         return False

@@ -23,14 +23,17 @@ SLIDE, EVEN, RELAX = range(3, 6)
 
 @lean_kernel
 def _times_target2(state, a, b, times):
-    """Return the square of an edge's target length times a factor."""
+    """Return the square of `times` the edge's target length, the mean of the targets of its ends."""
     limit = times * 0.5 * (state.size[a] + state.size[b])
     return limit * limit
 
 
 @lean_kernel
 def _at_edge(state, grid, limits, operation, a, b, share):
-    """Try COLLAPSE or SPLIT at edge (a, b); return DONE or the reason why not."""
+    """Try COLLAPSE or SPLIT at edge (a, b) by its length; return DONE, NO_NEED or the reason of refusal.
+
+    share: smallest ratio of a half's angle score to its parent's.
+    """
     if operation == COLLAPSE:
         if squared_distance(state.points, a, b) < _times_target2(state, a, b, limits.collapse):
             return collapse_edge(state, grid, limits, a, b)
@@ -41,7 +44,11 @@ def _at_edge(state, grid, limits, operation, a, b, share):
 
 @lean_kernel
 def _at_vertex(state, grid, limits, operation, v, goal):
-    """Try an operation at vertex `v`, if it applies to v's rank; return DONE or the reason why not."""
+    """Try an operation at vertex `v`; return DONE, the reason of refusal, or NO_NEED.
+
+    The operation must apply to v's rank: SLIDE below 2, EVEN to 1 (on a line), RELAX to 0 (in a patch).
+    goal: for SLIDE the angle score below which the vertex moves.
+    """
     rank = state.rank[v]
     if operation == SLIDE and rank < 2:
         return slide_vertex(state, grid, limits, v, goal)
@@ -54,7 +61,7 @@ def _at_vertex(state, grid, limits, operation, v, goal):
 
 @lean_kernel
 def _has_room(state, grid, operation):
-    """Return whether the grid, and for a split also the arrays, surely have room for one operation."""
+    """Return whether the grid, and for a split also the mesh's arrays, have room for one more operation."""
     if operation == SPLIT:
         if state.used[0] + 2 > len(state.points) or state.used[1] + len(state.dying) > len(state.facets):
             return False

@@ -7,10 +7,11 @@ from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import Grid, cells_of_box
 from craftmesh.surface.kernels.facet_shape import facet_distance2
 
-# Iterations of projection onto a curved crack and back onto the box plane; they converge to the trace.
+# Most iterations of projection onto a curved crack and back onto the box plane. They converge to the trace,
+# the line where the crack meets the box plane.
 ROUNDS = 12
-# Largest distance, in target lengths, of a vertex that is projected onto the crack. If the insertion has
-# moved the crack farther, for example into a grain boundary, its vertices are not projected.
+# Largest distance, in target lengths, of a vertex that is projected onto the given crack. Vertices that the
+# insertion has moved farther off it, for example into a grain boundary, are not projected.
 REACH = 0.25
 
 
@@ -70,7 +71,10 @@ def put_on_front(front, place):
 
 @lean_kernel
 def put_on_crack_in_box(state, planes, v, place):
-    """Move `place` (3,) onto the crack and onto the box planes of vertex `v` (bits of `planes`)."""
+    """Move `place` (3,) onto the given crack and onto the box planes of vertex `v` (bits of `planes`).
+
+    After at most ROUNDS iterations the place is exactly on the planes, and near the crack.
+    """
     for _ in range(ROUNDS):
         put_on_crack(state, REACH * state.size[v], place)
         if put_on_planes(state, planes, v, place) == 0.0:
@@ -102,9 +106,10 @@ def put_on_crack(state, reach, place):
 
 @kernel
 def nearest_triangle(state, places, row, enough, reach):
-    """Return the crack's triangle nearest to places[row], and the squared distance.
+    """Return the row of the given crack's triangle nearest to places[row], and the squared distance.
 
-    The search ends at a triangle within `enough`. Returns -1 and infinity if none is within `reach`.
+    The search ends at the first triangle found within `enough`. Returns -1 and inf if none is within
+    `reach`.
     """
     points, triangles = state.crack_points, state.crack_triangles
     start, items, shape = state.crack_bin_start, state.crack_bin_items, state.crack_bin_shape

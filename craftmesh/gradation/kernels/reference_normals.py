@@ -8,9 +8,10 @@ from craftmesh.surface.kernels.facet_shape import area_vector
 
 @lean_kernel
 def reference_normals(points, facets, patch, first, after, reference):
-    """Set `reference` (m, 3) to unit normals averaged over each facet and its patch neighbours.
+    """Set `reference` (m, 3) to mean unit normals of all facets of the patch at each facet's corners.
 
-    The average suppresses the meaningless normal of a needle or cap.
+    The mean is weighted by area, which suppresses the meaningless normal of a needle or cap. Without any
+    area the row stays unchanged.
     """
     for f in range(len(facets)):
         x = 0.0

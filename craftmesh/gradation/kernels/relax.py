@@ -8,15 +8,16 @@ from craftmesh.gradation.kernels.star import star_at
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
-# Score of 30 degrees; no facet falls below the minimum of this score and its star's smallest.
+# Angle score of 30 degrees. No facet falls below this score, or below the smallest score of the old facets
+# at the vertex if that is less.
 SOUND = score_of_angle(30.0)
 
 
 @kernel
 def _centroid(state, star, place):
-    """Set `place` to the centroid of the star's facets, weighted by area over target length squared.
+    """Set `place` (3,) to the centroid of the star's facets, the facets around the vertex.
 
-    Return False if the facets have no area.
+    Weights are area over target length squared. Return False if the facets have no area.
     """
     points, size = state.points, state.size
     total = 0.0
@@ -35,7 +36,10 @@ def _centroid(state, star, place):
 
 @kernel
 def relax_vertex(state, grid, limits, v):
-    """Move `v` to its star's centroid, or part of the way, if guards allow it; return DONE or why not."""
+    """Move `v` to the centroid of its facets, or half or a quarter of the way; return DONE or why not.
+
+    Moves of less than EVEN target lengths are not tried.
+    """
     star = star_at(state, v)
     goal = np.empty(3)
     if star.moved <= 0:

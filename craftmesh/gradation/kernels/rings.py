@@ -39,16 +39,19 @@ def edge_facets(facets, first, after, a, b):
 
 @lean_kernel
 def is_feature(facets, patch, first, after, a, b):
-    """Return whether edge (a, b) is a feature: without exactly two facets, or two of different patches."""
+    """Return whether edge (a, b) is a feature edge.
+
+    It is one if it does not have exactly two facets, or if its two facets have different patches.
+    """
     count, f0, f1 = edge_facets(facets, first, after, a, b)
     return count != 2 or patch[f0] != patch[f1]
 
 
 @kernel
 def list_edges(state, least, most):
-    """Return edges (e, 2), lower vertex first, with a length of `least` to `most` times their target.
+    """Return edges (e, 2), a mask (e,) of feature edges, and ratios (e,) of length to target length.
 
-    Also return a mask (e,) of features and the ratios (e,) of length to target.
+    Only edges with a ratio strictly between `least` and `most` are returned, lower vertex first.
     """
     # where closed grains fill a body, edges are fewer than vertices and facets together
     count = state.used[0] + state.used[1]
@@ -64,7 +67,7 @@ def list_edges(state, least, most):
 
 @lean_kernel
 def _walk_edges(state, least, most, edges, feature, ratio):
-    """Fill the arrays of `list_edges` as far as there is room; return the total number of edges."""
+    """Fill the arrays of `list_edges` as far as they reach; return the number of edges they should hold."""
     facets, first, after, rank, size, stamp = (
         state.facets,
         state.first,

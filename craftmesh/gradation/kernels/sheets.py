@@ -1,4 +1,6 @@
-"""Sheets: stars within one patch whose facets, and all nearby facets of it, have similar normals.
+"""Sheets: stars within one patch, where all facets of this patch nearby have similar normals.
+
+A star is the set of facets that an operation changes. New facets of a sheet need fewer intersection tests:
 
 Different grains lie behind and ahead of a patch. So a line that crosses two facets of one patch from behind
 to ahead crosses, between them, a facet of another patch or of this patch from ahead to behind. Therefore,
@@ -17,10 +19,11 @@ from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 from craftmesh.surface.kernels.hinges import SHARP_WEDGE
 
-# The patch of a star and its unit normal; the patch is -1 if the star is not a sheet.
+# The patch of a star and its mean unit normal (x, y, z); the patch is -1 if the star is not a sheet.
 Sheet = namedtuple("Sheet", "patch x y z")
-# Codes of a cell without facets and with different facets. Other codes are the facets' common patch times
-# the number of directions, plus the common direction of their normals.
+# Codes of a cell without facets, and of a cell whose facets have different patches or directions. Another
+# code is the facets' common patch times the number of directions, plus the row in WAYS of the common
+# direction of their normals.
 EMPTY, MIXED = range(-2, 0)
 # Directions (26, 3): unit vectors from a cube's centre to its corners, edges and faces.
 WAYS = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)]) - 1.0
@@ -28,8 +31,9 @@ WAYS /= np.linalg.norm(WAYS, axis=1, keepdims=True)
 # Degrees: largest angles between a cell's facets and their direction, and between this direction and a
 # sheet's normal, chosen by hand.
 OF_CELL, OF_SHEET = 50.0, 38.0
-# Squared cosines of the largest angles: a cell's facets to its direction, this direction to a sheet, and
-# old and new facets to their sheet. With the last one no two facets of a sheet enclose a sharp wedge.
+# Squared cosines of the largest angles: between a cell's facets and its direction, between this direction
+# and a sheet's normal, and between the normals of old and of new facets and their sheet's normal. The last
+# one ensures that no two facets of a sheet enclose a sharp dihedral angle.
 CELL2, SHEET2, OLD2, NEW2 = (
     np.cos(np.radians([OF_CELL, OF_SHEET, OF_CELL + OF_SHEET, 180 - SHARP_WEDGE - OF_CELL - OF_SHEET])) ** 2
 )
@@ -37,9 +41,9 @@ CELL2, SHEET2, OLD2, NEW2 = (
 
 @lean_kernel
 def set_rows(state, star):
-    """Set state.star_ends and state.star_normal of the star's new facets.
+    """Set state.star_ends and state.star_normal for the star's new facets.
 
-    These are the two corners after the tip, and the unit normal.
+    These are the two corners after the tip (the corner that all new facets share), and the unit normal.
     """
     corners, tip = state.star_corners, star.tip
     for i in range(star.moved):
@@ -92,7 +96,7 @@ def join(common, patch, x, y, z):
 
 @lean_kernel
 def goes_on(common, sheet):
-    """Return whether all facets of a cell, with this code, are of the sheet's patch and direction."""
+    """Return whether all facets of a cell with the code `common` have the sheet's patch and direction."""
     if common < 0 or common // len(WAYS) != sheet.patch:
         return False
     way = common % len(WAYS)
@@ -107,7 +111,10 @@ def no_sheet():
 
 @lean_kernel
 def sheet_of(state, star):
-    """Return the sheet of the star's old facets and new facets (set_rows), or `no_sheet`."""
+    """Return the sheet of a star, or `no_sheet` if its facets differ too much in patch or normal.
+
+    state.star_normal must have the normals of the new facets (set_rows); old facets are checked too.
+    """
     patch = star_patch(state, star)
     if patch < 0:
         return no_sheet()
@@ -145,9 +152,10 @@ def _height(points, sheet, v):
 
 @lean_kernel
 def keep_foreign(state, grid, star, sheet, near):
-    """Keep the candidates, of the grid's `near` ones, that have other patches and may meet the new facets.
+    """Keep, of the first `near` facets in grid.candidate, those of other patches that may meet new facets.
 
-    Return their number, or -1 if the star is not a sheet because of the candidates.
+    Return their number. Return -1 if the star is not a sheet: a candidate of its patch has another normal,
+    or a candidate of another patch lies within the heights of the star.
     """
     low, high = _heights(state, star, sheet)
     count = 0

@@ -1,4 +1,7 @@
-"""Moves of vertices: inside their patch for larger angles, along junction lines for equal edge spacing."""
+"""Moves of vertices: inside their patch for larger angles, along junction lines for equal edge spacing.
+
+The star is the set of facets around the moving vertex. The tip, their common corner, has the new position.
+"""
 
 import numpy as np
 
@@ -11,8 +14,8 @@ from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 
-# Search for a larger angle inside a patch: most steps, directions tried per step, and first step in target
-# lengths, which is halved if no direction helps.
+# Search for a larger angle inside a patch: number of steps, directions tried per step, and length of the
+# first step in target lengths, which is halved when no direction helps.
 STEPS = 7
 DIRECTIONS = 8
 FIRST_STEP = 0.3
@@ -32,7 +35,12 @@ EVEN = 0.05
 
 @lean_kernel
 def constrain(state, star):
-    """Project the star's tip onto its vertex' front, crack and planes; off the crack, keep the volumes."""
+    """Move the star's tip, the new position of its vertex, to where the vertex may be.
+
+    A front vertex is put on the front and a crack vertex on the given crack. Other vertices are shifted so
+    that the grains keep their volumes, by at most VOLUME_REACH target lengths. Last, all are put on their
+    box planes.
+    """
     v = star.vertex
     flags = state.flags[v]
     place = state.points[star.tip]
@@ -47,7 +55,7 @@ def constrain(state, star):
 
 @lean_kernel
 def put_between(state, star, goal, share):
-    """Set the vertex' new position, the star's tip, to the fraction `share` of its way to `goal` (3,)."""
+    """Set the star's tip, the vertex' new position, to the fraction `share` of the way to `goal` (3,)."""
     for k in range(3):
         start = state.points[star.vertex, k]
         state.points[star.tip, k] = start + share * (goal[k] - start)
@@ -55,9 +63,10 @@ def put_between(state, star, goal, share):
 
 @lean_kernel
 def slide_towards(state, grid, limits, star, goal, floor, rise):
-    """Move the star's vertex to `goal` (3,), constrained, or half as far and so on; return DONE or why not.
+    """Move the star's vertex to `goal` (3,), or half or a quarter as far; return DONE or why not.
 
-    floor, rise: limits of angle scores, as in `refusal`.
+    Each position is first put on front, crack and box planes (`constrain`). floor, rise: every new facet
+    must have the angle score `floor`, or the old facets' smallest score plus `rise` if that is less.
     """
     share = 1.0
     reason = NO_NEED
@@ -116,9 +125,9 @@ def _score_at(state, star, place, cosine, least):
 
 @kernel
 def _tangents(state, star, first, second):
-    """Set two tangent unit vectors of the patch at the star's tip, within a box plane that holds it.
+    """Set two perpendicular unit vectors, `first` and `second` (3,), tangent to the patch at the vertex.
 
-    Return False if the facets have no area.
+    For a vertex on a box plane they lie in this plane. Return False if the facets have no area.
     """
     normal = np.zeros(3)
     for i in range(star.moved):
@@ -146,7 +155,10 @@ def _tangents(state, star, first, second):
 
 @kernel
 def _best_in_patch(state, star, cosine, score, place):
-    """Move `place` along the patch to raise the smallest angle score; return the score."""
+    """Move `place` (3,) along the patch to raise the smallest angle score; return the new score.
+
+    score: the smallest one at the start. Positions where a normal turns too far (`cosine`) do not count.
+    """
     first = np.empty(3)
     second = np.empty(3)
     if not _tangents(state, star, first, second):
@@ -175,7 +187,10 @@ def _best_in_patch(state, star, cosine, score, place):
 
 @kernel
 def _best_on_line(state, star, cosine, score, place):
-    """Move `place` along the junction line to raise the smallest angle score; return the score."""
+    """Move `place` (3,) along the junction line to raise the smallest angle score; return the new score.
+
+    score: the smallest one at the start. Positions where a normal turns too far (`cosine`) do not count.
+    """
     p, q = line_neighbours(state, star.vertex)
     if p < 0:
         return score
@@ -194,9 +209,10 @@ def _best_on_line(state, star, cosine, score, place):
 
 @kernel
 def slide_vertex(state, grid, limits, v, goal):
-    """Move `v` to raise its smallest angle, if its score is under `goal`; return DONE or why not.
+    """Move `v` to raise the smallest angle score of its facets if it is under `goal`.
 
-    A front vertex moves only if the score is under limits.floor, because K needs an equally spaced front.
+    Return DONE or the reason why not. A front vertex moves only if the score is under limits.floor too,
+    because the computation of stress intensity factors needs an equally spaced front.
     """
     star = star_at(state, v)
     if star.moved <= 0:
@@ -236,7 +252,10 @@ def _even_place(state, v, p, q, place):
 
 @kernel
 def even_vertex(state, grid, limits, v):
-    """Move the line vertex `v` to make its two line edges equal, by target; return DONE or why not."""
+    """Move the line vertex `v` until its two line edges have equal ratios to their target lengths.
+
+    Return DONE or the reason why not; the move is not tried a second time with a shorter way.
+    """
     p, q = line_neighbours(state, v)
     place = np.empty(3)
     if p < 0 or not _even_place(state, v, p, q, place):

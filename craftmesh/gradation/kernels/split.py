@@ -1,4 +1,7 @@
-"""Edge split on multi-material surfaces: all facets on the edge are split and keep sides and patch."""
+"""Edge split on multi-material surfaces: all facets on the edge are split and keep sides and patch.
+
+The parents are the facets on the edge; each is replaced by two halves at the new vertex.
+"""
 
 import numpy as np
 
@@ -26,7 +29,10 @@ from craftmesh.surface.kernels.facet_shape import angle_score
 
 @lean_kernel
 def _edge_class(state, a, b, parents):
-    """Return the rank and flags of a vertex on edge (a, b), whose `parents` facets are in state.dying."""
+    """Return the rank and flags of a new vertex on edge (a, b).
+
+    parents: number of facets on the edge, which are in state.dying.
+    """
     flags = state.flags[a] & state.flags[b] & ON_PLANES
     rank = 0
     for i in range(parents):
@@ -42,7 +48,10 @@ def _edge_class(state, a, b, parents):
 
 @kernel
 def _split_place(state, a, b, flags, place):
-    """Set `place` to the edge's midpoint, projected onto crack or front; return whether that moved it."""
+    """Set `place` (3,) to the edge's midpoint, put on crack, front and box planes; return if that moved it.
+
+    flags: of the new vertex, which say where it must be.
+    """
     for k in range(3):
         place[k] = 0.5 * state.points[a, k] + 0.5 * state.points[b, k]
     middle = place.copy()
@@ -69,7 +78,7 @@ def _set_halves(state, a, b, m, parents):
 
 @lean_kernel
 def _shapes_allow(state, parents, floor, share):
-    """Return whether every half has the score `floor` or `share` times its parent's score."""
+    """Return whether every half has the angle score `floor`, or `share` times its parent's if less."""
     for i in range(2 * parents):
         p, q, r = state.facets[state.dying[i // 2]]
         old = angle_score(state.points, p, q, r)
@@ -81,7 +90,7 @@ def _shapes_allow(state, parents, floor, share):
 
 @kernel
 def _add_vertex(state, rank, flags):
-    """Add the spare vertex, whose position is set already, to the surface."""
+    """Add a vertex to the surface, in the first free row, where its position and size are set already."""
     m = state.used[0]
     state.rank[m] = rank
     state.flags[m] = flags
@@ -114,7 +123,10 @@ def _divide(state, f, g, a, b, m):
 
 @kernel
 def _share_witnesses(state, f, g, m):
-    """Attach each witness of facet `f` to the nearer of its halves `f` and `g` at vertex `m`."""
+    """Attach each witness of facet `f`, an initial vertex position, to the nearer half, `f` or `g`.
+
+    m: the new vertex of the halves. If there are too many witnesses, all stay at `f`.
+    """
     loose = collect(state, f, np.int64(0))
     if loose == TOO_MANY:
         return
@@ -139,7 +151,7 @@ def _enter(state, grid, f):
 
 @lean_kernel
 def _commit_split(state, grid, a, b, parents, moved):
-    """Divide the listed facets at the newest vertex; moved: whether it is off their edge."""
+    """Divide the facets in state.dying at the newest vertex; moved: whether it lies off their edge."""
     m = state.used[0] - 1
     for i in range(parents):
         f = state.dying[i]
@@ -156,9 +168,10 @@ def _commit_split(state, grid, a, b, parents, moved):
 
 @lean_kernel
 def split(state, grid, limits, a, b, share):
-    """Split edge (a, b), unless a half is too poor (`share` of its parent's score) or refused.
+    """Split edge (a, b) if the halves are good enough; return DONE or the reason why not.
 
-    Return DONE or the reason why not. If the new vertex is not moved onto the crack or its front, halves
+    A half needs the angle score limits.floor, or `share` times its parent's score if that is less. If the
+    new vertex was moved onto the crack or its front, the guards check the halves too. If not, the halves
     lie in their parents, so normals and intersections need no check.
     """
     m = state.used[0]

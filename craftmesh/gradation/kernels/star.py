@@ -1,4 +1,4 @@
-"""The star: the facets that an operation changes, and checks of their shape."""
+"""The star, the set of facets that an operation changes, and checks of the new facets' shape."""
 
 from collections import namedtuple
 
@@ -9,18 +9,18 @@ from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 
-# All new facets share the corner `tip`. If `vertex` moves, the tip is the spare row of points and size,
-# with the new position; else it is the vertex itself. `gone` is the vertex that merges into `vertex`, or
-# -1; `moved` and `dying` count the facets in state.star and state.dying; `size` is the target length of the
-# star.
+# All new facets share the corner `tip`. If `vertex` moves, the tip is the first free row of points and
+# size, which has the new position; if not, the tip is the vertex itself. `gone` is the vertex that merges
+# into `vertex`, or -1. `moved` and `dying` count the facets in state.star, which get new corners, and in
+# state.dying, which are removed. `size` is the target length at the tip.
 Star = namedtuple("Star", "vertex tip gone moved dying size")
 
 
 @lean_kernel
 def add_star(state, v, other, kept, count):
-    """Append the facets at `v` without corner `other` to the star, with `v` replaced by `kept`.
+    """Append the facets at `v` that lack corner `other` to state.star, with corner `v` replaced by `kept`.
 
-    Return the new count, or -1 if there are too many.
+    count: number of facets that are there already. Return the new number, or -1 if there are too many.
     """
     facets, after, star, corners = state.facets, state.after, state.star, state.star_corners
     c = state.first[v]
@@ -73,7 +73,10 @@ def old_facet(state, star, i):
 
 @lean_kernel
 def star_patch(state, star):
-    """Return the patch of the star's old facets, -1 if there are several or its two sides are equal."""
+    """Return the common patch of the star's old facets.
+
+    It is -1 if they have several patches, or if the same volume is on both sides of the patch.
+    """
     patch = state.patch[state.star[0]]
     for i in range(star.moved + star.dying):
         if state.patch[old_facet(state, star, i)] != patch:
@@ -96,9 +99,10 @@ def worst_score(state, star):
 def shape_refusal(state, star, floor, rise, cosine, longest):
     """Return the reason why the star's new facets are bad (NORMAL, ANGLE, LENGTH), or DONE.
 
-    The angle score must reach `floor`, or the old facets' score plus `rise` if that is less. An edge may be
-    too long if the star had one as long. Otherwise needles with long edges, which are too poor to be split,
-    could neither collapse nor move.
+    The angle score must reach `floor`, or the old facets' smallest score plus `rise` if that is less. An
+    edge at the tip may exceed `longest` target lengths if the star had an edge as long. Otherwise needles
+    with long edges, which are too poor to be split, could neither collapse nor move. cosine: of the largest
+    turn of a normal from its reference.
     """
     points, size, reference = state.points, state.size, state.reference
     changed, corners, tip = state.star, state.star_corners, star.tip

@@ -12,8 +12,8 @@ from craftmesh.gradation.kernels.star import Star
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2
 
-# Smallest decrease of the cosine of the smallest angle by a swap, so that no two swaps undo each other
-# forever.
+# Smallest decrease, by a swap, of the cosine of the smallest angle. It prevents that swaps undo each other
+# without end.
 LEAST_GAIN = 1e-3
 # Most queued edges while swaps spread from one edge; further edges wait for the next pass.
 MOST_WAITING = 256
@@ -32,7 +32,10 @@ def _runs_along(state, f, a, b):
 
 @lean_kernel
 def quad_at(state, a, b):
-    """Return the Quad of edge (a, b); u is -1 unless it has two equally oriented facets of one patch."""
+    """Return the Quad of edge (a, b).
+
+    Its u is -1 unless the edge has exactly two facets, of one patch and equally oriented.
+    """
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
     if count != 2 or state.patch[f] != state.patch[g]:
         return Quad(f, g, np.int64(-1), a, np.int64(-1), b)
@@ -58,7 +61,10 @@ def _raises_angle(state, quad):
 
 @lean_kernel
 def _star_of_swap(state, quad):
-    """Return the star of the two facets with their common edge swapped; its tip is u."""
+    """Fill state.star with the quad's two facets after the swap, and return this star.
+
+    Its vertex and tip, the corner that both new facets share, are u.
+    """
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
     state.star[0] = quad.f
     state.star[1] = quad.g
@@ -74,7 +80,10 @@ def _star_of_swap(state, quad):
 
 @kernel
 def _stays_near(state, limits, quad, size):
-    """Return whether the midpoints of new and old edge are close to the old and new facets."""
+    """Return whether the new edge's midpoint is near the old facets, and the old edge's near the new ones.
+
+    Near is within limits.distance times `size`, the target length; on the crack also within crack_distance.
+    """
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
     tolerance = limits.distance * size
     if state.patch_crack[state.patch[quad.f]]:
@@ -91,9 +100,9 @@ def _stays_near(state, limits, quad, size):
 
 @lean_kernel
 def swap(state, grid, limits, quad):
-    """Swap a quad's edge if it is inside a patch, raises the angle and passes all guards.
+    """Swap a quad's edge if that raises the smallest angle and passes all guards.
 
-    Return DONE or the reason why not.
+    Return DONE, the reason of refusal, or NO_NEED, also for an edge that is not inside a patch.
     """
     if quad.u < 0 or not _raises_angle(state, quad):
         return NO_NEED
@@ -111,7 +120,8 @@ def swap(state, grid, limits, quad):
 def swap_round(state, grid, limits, a, b, waiting):
     """Swap edge (a, b) if that raises the angle, then edges around each swap; return the number of swaps.
 
-    waiting: work array (k, 2) for queued edges. The swaps end if the grid has no room for another one.
+    waiting: work array (k, 2) for edges to be tried; edges beyond its length wait for the next pass. The
+    swaps end if the grid has no room for another one.
     """
     done = 0
     waiting[0, 0] = a

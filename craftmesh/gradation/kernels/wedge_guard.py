@@ -1,7 +1,8 @@
 """The guard of wedges: no change makes a wedge that is sharper than the limit and than all old ones.
 
 A wedge is the dihedral angle between two neighbouring facets at an edge, on a junction line or inside a
-patch, where it is a fold. Cosines stand for angles: the sharper the wedge, the larger the cosine.
+patch, where it is a fold. Cosines stand for angles: the sharper the wedge, the larger the cosine. The star
+is the set of facets that an operation changes; the tip is the corner that all new facets share.
 """
 
 import numpy as np
@@ -15,9 +16,10 @@ from craftmesh.surface.rounding import EXACT
 
 @lean_kernel
 def sharpens_wedge(state, star, sheet, cosine):
-    """Return whether a wedge at the star's new facets (set_rows) is sharper than `cosine` and all old ones.
+    """Return whether a wedge at the star's new facets is sharper than `cosine` and than all old ones.
 
-    Facets of a sheet can enclose sharp wedges only on junction lines, so only these are checked.
+    The rows of the new facets must be set (set_rows). Facets of a sheet, a star with similar normals in one
+    patch, can enclose sharp wedges only on junction lines, so only these are checked.
     """
     alone = sheet.patch >= 0
     state.clock[1] += 1
@@ -63,7 +65,8 @@ def _among_new(state, i):
 def _at_its_rim(state, tip, i, mark):
     """Return the largest cosine between the new facet in row `i` and unmarked facets on two of its edges.
 
-    These are the edge from the tip to the facet's first end, and the edge opposite the tip.
+    These are the edge from the tip to the facet's first end, and the edge opposite the tip. Marked facets
+    (facet_stamp equal to `mark`) belong to the star.
     """
     u = state.star_ends[i, 0]
     v = state.star_ends[i, 1]
@@ -82,7 +85,7 @@ def _at_its_rim(state, tip, i, mark):
 
 @lean_kernel
 def _at_last_spoke(state, tip, i, mark):
-    """Return the largest cosine between the new facet in row `i` and unmarked facets on its last edge."""
+    """Return the same as `_at_its_rim`, a largest cosine, for the edge from the tip to the second end."""
     largest = OPEN
     c = state.first[state.star_ends[i, 1]]
     while c >= 0:

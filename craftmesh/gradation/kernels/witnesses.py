@@ -2,10 +2,10 @@
 
 Witnesses bound the distance from the input to the changed surface. An operation may detach a witness from
 its facet only if one of the new facets (for a vertex of a junction line: one of the new junction edges)
-passes it closely enough. A witness on a trace of the crack is attached to a crack facet next to the trace,
-which must be as close as other crack facets, while the trace may be as far away along the crack as junction
-lines. Vertices made by splits have initial positions too. Otherwise facets smaller than the input's would
-drift away from the input between its vertices.
+passes it closely enough. A trace is a line where the crack meets a grain boundary, a box plane or a void.
+A witness on a trace is attached to a crack facet next to the trace. This facet must be as close as other
+crack facets; the trace itself may be as far away as junction lines. Vertices made by splits have initial
+positions too. Otherwise facets smaller than the input's would drift away between the input's vertices.
 """
 
 import numpy as np
@@ -15,13 +15,16 @@ from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import facet_distance2, segment_distance2
 
 TOO_MANY = -1
-# Fraction of the bound within which a facet ends the search for a nearer one.
+# Fraction of the largest distance: a facet within it ends the search for a nearer one.
 CLOSE = 0.3
 
 
 @lean_kernel
 def collect(state, f, count):
-    """Append the witnesses of facet `f` to state.loose; return the new count or TOO_MANY."""
+    """Append the witnesses of facet `f` to state.loose; return the new count or TOO_MANY.
+
+    count: number of witnesses there already, or TOO_MANY, which is returned unchanged.
+    """
     if count == TOO_MANY:
         return TOO_MANY
     w = state.witness_first[f]
@@ -40,7 +43,7 @@ def collect(state, f, count):
 
 @lean_kernel
 def set_free(state, v, f, count):
-    """Append vertex `v`, near facet `f`, to state.loose unless it is a witness; return the count."""
+    """Append vertex `v`, near facet `f`, to state.loose unless it is a witness; return the new count."""
     if count == TOO_MANY or state.is_witness[v]:
         return count
     state.loose[count] = v
@@ -74,9 +77,10 @@ def _on_line(state, u, v):
 
 @lean_kernel
 def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
-    """Return the smallest squared distance to new facets of a patch, or one under `enough`, and its row.
+    """Return the squared distance from home[w] to the nearest new facet of `patch`, and the facet's row.
 
-    home, w: the witness is home[w]. Without such a facet the result is inf, -1.
+    Only the star's first `total` facets count. The search ends at the first squared distance under
+    `enough`. Without a facet of the patch the result is inf, -1.
     """
     best = np.inf
     where = -1
@@ -116,7 +120,10 @@ def _nearest_line(state, w, total):
 
 @lean_kernel
 def _nearest_trace(state, w, total, limit):
-    """Return the smallest squared distance to features of new crack facets within `limit`, and its row."""
+    """Return a witness' squared distance to the nearest feature edge of new crack facets, and the row.
+
+    Only crack facets within `limit` of the witness count; without one the result is inf, -1.
+    """
     best = np.inf
     where = -1
     for i in range(total):
@@ -135,10 +142,10 @@ def _nearest_trace(state, w, total, limit):
 def find_new_homes(state, star, loose, takers, reaches):
     """Find a facet of the star for each of the `loose` witnesses; return False if one is too far away.
 
-    reaches: largest distances; the first in target lengths, the smaller of the star's and the witness' (for
-    the moving vertex the star's); the others are lengths, on the crack and on its front. Facets
-    star[:takers] may get witnesses. loose_facet has on entry the old facet, whose patch the new facet must
-    have, and on success the new facet.
+    reaches: three largest distances. The first is in target lengths, the star's or the witness' if less
+    (for the moving vertex the star's); the others are lengths for witnesses on the crack and on its front.
+    Facets star[:takers] may get witnesses. On entry state.loose_facet has the old facet of each witness; on
+    success it has the new facet. A witness inside a patch stays in the patch of its old facet.
     """
     points, facets, corners = state.points, state.star, state.star_corners
     mover = star.vertex if star.tip != star.vertex else -1
