@@ -27,9 +27,9 @@ _ASK = (
 class GrainFailure:
     """A grain that could not be meshed.
 
-    reason: error of the last attempt; attempts: all attempts with their reasons; facet_ids: faulty facets
-    as rows of the Surface (may be empty); surface: the grain's own surface; at_fault (m,): mask of its
-    faulty facets.
+    reason: error of the last attempt; attempts: dicts of all attempts (`Attempt.report`); facet_ids: faulty
+    facets as rows of the Surface (may be empty); surface: the grain's own surface; at_fault (m,): mask of
+    the faulty facets among the grain's facets.
     """
 
     grain: int
@@ -48,7 +48,10 @@ class GrainFailure:
 
     @property
     def marks(self) -> dict[str, np.ndarray]:
-        """Arrays (m,) by name for a picture of `surface`: faulty, crack, row of the Surface."""
+        """Arrays (m,) for a picture of `surface`, by name.
+
+        at_fault: mask of faulty facets; crack: mask of facets inside the grain; facet: rows of the Surface.
+        """
         return {
             "at_fault": self.at_fault,
             "crack": self.surface.internal,
@@ -56,7 +59,7 @@ class GrainFailure:
         }
 
     def report(self) -> dict:
-        """Return the failure as a dictionary for reports."""
+        """Return the failure as a dict for JSON: reason, facets (rows of the Surface) and attempts."""
         return {
             "reason": self.reason,
             "facets": self.facet_ids.tolist(),
@@ -64,7 +67,7 @@ class GrainFailure:
         }
 
     def sentence(self) -> str:
-        """Return the failure in one line."""
+        """Return grain, number of attempts and last reason in one line, and the faulty facets, if known."""
         text = f"grain {self.grain} could not be meshed in {len(self.attempts)} attempts: {self.reason}"
         if self.place is None:
             return text
@@ -75,8 +78,9 @@ class GrainFailure:
 def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetgen: bool) -> GrainFailure:
     """Return the failure of a grain with its faulty facets.
 
-    Faulty facets are the facets that intersect. If none do, they are the facets that TetGen's own diagnosis
-    names (with ask_tetgen), and last `where`, rows of the grain's facets that the checks found.
+    Faulty facets are the facets that intersect. If none do and `ask_tetgen` is true, they are the facets
+    that TetGen's own diagnosis names. If there are still none, they are `where`, the rows of the grain's
+    facets that the last failed check found. attempts: reports of all attempts, at least one.
     """
     rows = np.unique(intersecting_pairs(surface.points, surface.facets))
     if not len(rows) and ask_tetgen:
@@ -91,7 +95,10 @@ def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetg
 
 
 def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
-    """Return rows of the grain's facets that TetGen skips, from a TetGen process in a temporary folder."""
+    """Return rows of the grain's facets that TetGen skips, from a TetGen process in a temporary folder.
+
+    The result is empty if the process takes longer than TIME_LIMIT or leaves no list of skipped facets.
+    """
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "surface.npz"
         np.savez(data, points=surface.points, facets=surface.facets)
@@ -101,13 +108,13 @@ def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
             lines = (Path(folder) / SKIPPED).read_text().splitlines()[1:]
         except (subprocess.TimeoutExpired, FileNotFoundError):
             return np.zeros(0, np.int64)
-    # a line is: number, three corners, marker; markers are rows of the facets + 1
+    # a line has number, three corners and marker; a facet's marker is its row plus one (_ASK sets them)
     named = [int(line.split()[4]) - 1 for line in lines if line.strip() and line[0] != "#"]
     rows = np.unique(np.array(named, np.int64))
     return rows[(rows >= 0) & (rows < len(surface.facets))]
 
 
 def shortened(ids: Sequence[int] | np.ndarray, limit: int = 6) -> str:
-    """Return the first `limit` ids as text, with the number of further ids."""
+    """Return the first `limit` ids as text "1, 2", followed by "and 3 more" if there are further ids."""
     text = ", ".join(str(i) for i in ids[:limit])
     return text if len(ids) <= limit else f"{text} and {len(ids) - limit} more"

@@ -16,8 +16,8 @@ from craftmesh.types import GrainTets, Surface
 class Completion:
     """Tets of all grains and the surface they lie on.
 
-    whole_model: report of the mesh of the whole model, None if the grains were meshed; warning: a line on
-    that mesh, None if the user asked for it.
+    whole_model: report of the mesh of the whole model, None if each grain was meshed on its own; warning: a
+    line about that mesh, None without it or if the user chose mesher tetwild.
     """
 
     surface: Surface
@@ -35,8 +35,9 @@ def completed(
 ) -> Completion:
     """Return the tets `given` or, if the record lists grains without tets, a mesh of the whole model.
 
-    record: from `record_of` or `merged`; sizing_of: called only if pytetwild meshes the whole model. Raises
-    CraftmeshError if this fails, or if options.fallback is none.
+    record: from `record_of` or `merged`; its key `left` lists grains without tets. sizing_of: returns the
+    sizing, called only if pytetwild meshes the whole model. Raises CraftmeshError if pytetwild's mesh
+    fails, or if it would be needed and options.fallback is none, except with mesher tetwild.
     """
     if not record.get("left"):
         return given

@@ -32,9 +32,10 @@ BOUNDARY_MARKER, INTERNAL_MARKER = 1, 2
 
 @dataclass(frozen=True)
 class Setting:
-    """Options and target lengths for all grains; sizing None: lengths of each grain's surface edges.
+    """Options and target edge lengths for all grains.
 
-    cell: edge of the first cells of the interior points' lattice; None: each grain has its own.
+    With sizing None the target lengths follow the surface edges of each grain. cell: edge of the first
+    cells of the interior points' lattice; None: each grain has its own.
     """
 
     options: TetrahedralizeOptions
@@ -46,8 +47,8 @@ class Setting:
 class Scaffold:
     """A first mesh without added points, which separates inside from outside.
 
-    nodes (n, 3), tets (t, 4); holes (h, 3): seeds of the regions to leave empty; seeds_off: number of given
-    seeds that lie in no such region.
+    nodes (n, 3), tets (t, 4); regions: which tets are in the grain; holes (h, 3): seeds, one point in each
+    region to leave empty; seeds_off: number of given seeds that lie in no such region.
     """
 
     nodes: np.ndarray
@@ -71,7 +72,10 @@ class Stopwatch:
 
 
 def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
-    """Return a grain's tets and a report with counts and times. Raises WrongMesh and MesherRefusal."""
+    """Return a grain's tets by one attempt, and a report with counts, poor tets and CPU seconds per step.
+
+    Raises MesherRefusal if the mesher gives no mesh, and WrongMesh if its mesh does not fill the grain.
+    """
     surface, options = task.surface, setting.options
     sizing = LocalSizing(surface.points, surface.facets) if setting.sizing is None else setting.sizing
     watch = Stopwatch()
@@ -111,7 +115,11 @@ def scaffold(task: MeshingTask, mesher: str) -> Scaffold:
 def filled(
     task: MeshingTask, mesher: str, first: Scaffold, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes (n, 3), the surface first, and tets (t, 4) that fill the grain, with `points` (p, 3)."""
+    """Return nodes (n, 3), the surface's points first, and tets (t, 4) that fill the grain.
+
+    points (p, 3): interior points that become nodes. Without them, and with the scaffold's switches, the
+    scaffold's own tets are returned. Raises WrongMesh if the tets do not fill the grain.
+    """
     surface, switches = task.surface, task.attempt.switches
     nodes, tets, regions = first.nodes, first.tets, first.regions
     if len(points) or switches != task.attempt.scaffold:
@@ -126,7 +134,10 @@ def filled(
 def optimised(
     surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray, sizing: Lengths
 ) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Return improved nodes (n, 3) and tets (t, 4), checked like the mesher's, and counts of operations."""
+    """Return improved nodes (n, 3) and tets (t, 4), and counts of operations by kind.
+
+    The result is checked like the mesher's mesh; raises WrongMesh if it does not fill the grain.
+    """
     internal = surface.facets[surface.internal]
     nodes, tets, steps = optimise_tets(nodes, tets, len(surface.points), internal, sizing.at(nodes))
     check_filled(surface, nodes, tets)

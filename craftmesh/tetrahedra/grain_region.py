@@ -11,7 +11,8 @@ from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.tet_cavity import FACES, link_tets
 from craftmesh.tetrahedra.kernels.tet_regions import find_facets, part_regions, sum_volumes
 
-# Shift of given seeds, as a fraction of the grain's box: off faces, edges and diagonals of a grid.
+# Shift of given seeds along x, y and z, as fractions of the grain's extents. It takes a seed off the faces,
+# edges and diagonals of a regular grid.
 OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
 
 
@@ -25,9 +26,9 @@ class WrongMesh(Exception):
 
 @dataclass(frozen=True)
 class Regions:
-    """Regions of a mesh that facets separate.
+    """Regions of a mesh, which the grain's facets separate from each other.
 
-    region (t,): of each tet; is_grain (r,): mask of the regions inside the grain.
+    region (t,): number of each tet's region; is_grain (r,): mask of the regions inside the grain.
     """
 
     region: np.ndarray
@@ -42,15 +43,16 @@ class Regions:
 def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
     """Return the regions into which the grain's facets divide the tets (t, 4), inside and outside.
 
-    A region is inside the grain if it lies behind its boundary facets. Raises WrongMesh if facets are
-    missing from the mesh or duplicate, or if a region lies on both sides because the surface is open.
+    A region is inside the grain if it lies behind the boundary facets that it touches. Raises WrongMesh if
+    facets are missing from the mesh or duplicate, or if a region lies behind one facet and ahead of
+    another, because the surface is open or inconsistently oriented.
     """
     triples = np.sort(surface.facets, axis=1)
     order = np.lexsort(triples.T[::-1])
     triples = triples[order]
     twice = np.sort(order[1:][(triples[1:] == triples[:-1]).all(axis=1)])
     if len(twice):
-        raise WrongMesh(f"{len(twice)} facets lie on others with the same corners", twice)
+        raise WrongMesh(f"{len(twice)} of its facets are duplicates, with the same corners", twice)
 
     on_surface = len(surface.points)
     points = max(int(tets.max(initial=-1)) + 1, on_surface)
@@ -70,32 +72,33 @@ def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
     leaks = votes_in & votes_out
     if leaks.any():
         suspect = np.unique(facet[leaks[of]])
-        raise WrongMesh("the inside leaks out: its facets are not closed or not oriented", suspect)
+        raise WrongMesh("its facets are not closed, or some of their normals point inward", suspect)
     wrong = np.flatnonzero(kept_faces != np.where(surface.internal, 2, 1))
     if len(wrong):
-        raise WrongMesh(f"{len(wrong)} of {len(surface.facets)} facets are no faces of its mesh", wrong)
+        raise WrongMesh(f"{len(wrong)} of its {len(surface.facets)} facets are no faces of its mesh", wrong)
     return Regions(region, votes_in)
 
 
 def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) -> None:
-    """Raise WrongMesh unless the tets fill the grain: same nodes, same volume, no inverted tet.
+    """Raise WrongMesh unless the tets (t, 4) on points (n, 3) fill the grain.
 
-    The relative difference of volumes may be ROUNDING.
+    The first points must be the surface's points bit for bit. No tet may be flat or inverted, and the total
+    volume may differ from the volume in the surface by the fraction ROUNDING.
     """
     count = len(surface.points)
     if not np.array_equal(points[:count], surface.points):
-        raise WrongMesh("the mesher moved nodes of the surface")
+        raise WrongMesh("the mesher moved nodes of its surface")
     volume, wrong = sum_volumes(points, tets)
     if wrong:
-        raise WrongMesh(f"{wrong} of {len(tets)} tetrahedra are flat or inverted")
+        raise WrongMesh(f"{wrong} of its {len(tets)} tetrahedra are flat or inverted")
     if abs(volume - surface.volume) > ROUNDING * surface.volume:
         raise WrongMesh(
-            f"tetrahedra fill {volume:.12g} of the {surface.volume:.12g} that its facets enclose"
+            f"its tetrahedra fill a volume of {volume:.12g}, but its facets enclose {surface.volume:.12g}"
         )
 
 
 def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.ndarray:
-    """Return a point (h, 3) in each region outside the grain.
+    """Return a seed (h, 3), a point inside, for each region outside the grain, in the order of regions.
 
     The point is the centroid of the region's tet with the largest inscribed sphere.
     """
@@ -117,10 +120,10 @@ def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.nda
 def replace_by_given(
     seeds: np.ndarray, given: np.ndarray, points: np.ndarray, tets: np.ndarray, regions: Regions
 ) -> tuple[np.ndarray, int]:
-    """Return seeds (h, 3) with given ones where possible, and the number of given seeds in no region.
+    """Return seeds (h, 3), replaced by given ones where possible, and the number of given seeds not used.
 
-    seeds: from `hole_seeds`, in the order of regions; given (k, 3): a seed inside a region replaces its
-    seed.
+    seeds: from `hole_seeds`, one for each region outside the grain; given (k, 3): a given seed replaces the
+    seed of the region that it lies in. Given seeds in no such region are counted.
     """
     outside = np.flatnonzero(~regions.kept)
     holes = np.unique(regions.region[outside])

@@ -18,9 +18,9 @@ from craftmesh.types import Surface
 class GrainSurface:
     """The surface of one grain, the input of a mesher.
 
-    nodes (k,): ids of surface points; points (k, 3): their coordinates; facets (m, 3): local ids, normals
-    out of the grain; internal (m,): mask of crack facets with the grain on both sides; facet_ids (m,):
-    rows of the Surface.
+    nodes (k,): ids of the grain's points in the Surface; points (k, 3): their coordinates; facets (m, 3):
+    rows of `points`, with normals out of the grain; internal (m,): mask of crack facets with the grain on
+    both sides; facet_ids (m,): rows of the Surface's facets.
     """
 
     grain: int
@@ -48,7 +48,7 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
     wanted = np.unique(ids)
     missing = np.setdiff1d(wanted, surface.grains)
     if len(missing):
-        raise CraftmeshError(f"grain {missing[0]} has no facets; expected ids among those of the surface")
+        raise CraftmeshError(f"grain {missing[0]} has no facets; give ids of grains on the surface")
     corners = lowest_equal_point(surface.points)[surface.facets]
     inside = surface.sides[:, 0] == surface.sides[:, 1]
     behind = np.flatnonzero(surface.sides[:, 0] > 0)
@@ -71,7 +71,7 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
 
 @dataclass(frozen=True)
 class Mended:
-    """A surface after repair, and the report and warning of the repair, None if there was no fault."""
+    """A surface after repair, with the repair's report and warning; both are None if nothing was faulty."""
 
     surface: Surface
     report: dict | None = None
@@ -79,15 +79,18 @@ class Mended:
 
 
 def mended(surface: Surface) -> Mended:
-    """Return the surface after points of intersecting or degenerate facets were moved, with a report."""
+    """Return the surface with points of intersecting or degenerate facets moved apart, and a report.
+
+    Some faults may remain; the warning tells their number.
+    """
     found, report = repair_surface(surface)
     if not report["faults"]:
         return Mended(surface)
     warning = (
         f"{report['faults']} facets of the surface intersect or are degenerate, at grains "
         f"{', '.join(map(str, report['grains'][:6]))}: {report['points_moved']} points were moved by up to "
-        f"{report['largest_move']:.3g}, {report['largest_move_edges']:.2g} edges there, "
-        f"{report['faults_left']} such facets are left, the largest change of a volume is "
+        f"{report['largest_move']:.3g} ({report['largest_move_edges']:.2g} times the local edge length), "
+        f"{report['faults_left']} such facets are left, the largest change of a grain's volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )
     return Mended(found, report, warning)

@@ -1,4 +1,7 @@
-"""Interior points of a grain, spaced by the sizing function (paper, Eq. 3): a lattice, then a layer."""
+"""Interior points of a grain, spaced by the sizing function (paper, Eq. 3).
+
+Points of a lattice in the grain come first, then points of a layer above its facets where there is room.
+"""
 
 import numpy as np
 
@@ -8,16 +11,17 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.interior_fill import mark_clear, mark_inside, thin_out
 
-# Lengths in target edge lengths l, chosen on six volumes, whose tetrahedra then have median edges of .93 to
-# .945 l.
+# Lengths in target edge lengths l: height of the layer's points above their facets, width of a lattice
+# cell, and smallest distances of an interior point from surface vertices, from facets and from other
+# interior points. They are chosen on six volumes, whose tetrahedra then have median edges of .93 to .945 l.
 LAYER_HEIGHT = 0.62
 LATTICE_CELL = 1.02
 FROM_VERTEX = 0.5
 FROM_FACET = 0.4
 APART = 0.68
-# Bound of l above a facet, relative to the largest l at its corners; it limits the search.
+# Assumed largest ratio of l near a facet to the largest l at its corners; it limits the search.
 LARGER = 1.5
-# A lattice cell is split in eight while it is larger than the local cell by this factor.
+# A lattice cell is split in eight while it is wider than LATTICE_CELL * l by more than this factor.
 SPLIT = 1.53
 # Number of sizes within a factor of two that are tried for the first cell.
 COARSEST = 16
@@ -32,7 +36,7 @@ OCTANTS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 def interior_points(
     surface: GrainSurface, points: np.ndarray, tets: np.ndarray, sizing: Lengths, cell: float | None = None
 ) -> np.ndarray:
-    """Return points (k, 3) inside the grain at distances of about `sizing.at`.
+    """Return points (k, 3) inside the grain, spaced by about the target edge length l, `sizing.at`.
 
     points, tets: a first mesh of the grain, which defines the inside. A body-centred octree lattice of
     cells of about 1.02 l has priority, because its tetrahedra are the best. Facets with enough room (crack
@@ -57,7 +61,10 @@ def interior_points(
 
 
 def _spaced(candidates: np.ndarray, size: np.ndarray, vertices: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return candidates (k, 3) that are far enough from the vertices and from earlier candidates."""
+    """Return the candidates (k, 3) that are far enough from the vertices and from earlier candidates.
+
+    size: target length l at each candidate; FROM_VERTEX and APART are the smallest distances in l.
+    """
     count = len(vertices)
     points = np.concatenate([vertices, candidates])
     apart = np.zeros((len(points), 2))
@@ -68,7 +75,10 @@ def _spaced(candidates: np.ndarray, size: np.ndarray, vertices: np.ndarray, grid
 
 
 def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:
-    """Return a point (k, 3) above each facet on its inner side, for internal facets on both sides."""
+    """Return points (k, 3) at LAYER_HEIGHT * l from the facets' centroids, perpendicular to the facets.
+
+    They lie on the inner side; internal facets have points on both sides. Facets without area have none.
+    """
     normal = area_vectors(surface.points, surface.facets)
     length = np.linalg.norm(normal, axis=1)
     sound = length > 0
@@ -102,9 +112,10 @@ def _lattice(low: np.ndarray, high: np.ndarray, cell: float, sizing: Lengths) ->
 
 
 def lattice_corners(cells: np.ndarray) -> np.ndarray:
-    """Return the distinct corners (k, 3) of unit cells at `cells` (n, 3), in the cells' order.
+    """Return the distinct corners (k, 3) of unit cells with lowest corners `cells` (n, 3), in cell order.
 
-    All eight corners are used; corners on faces of larger cells smooth the step between two levels.
+    All eight corners are used, also corners on faces of neighbouring larger cells: there they smooth the
+    step from one cell width to the next.
     """
     if not len(cells):
         return cells

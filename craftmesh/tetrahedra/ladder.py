@@ -11,7 +11,8 @@ from craftmesh.tetrahedra.diagnose import GrainFailure, diagnose
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.types import GrainTets
 
-# Keeps the surface and adds only necessary points: the cheapest mesh that separates inside from outside.
+# TetGen switches that keep the surface and add only necessary points: the cheapest mesh that separates
+# inside from outside.
 SCAFFOLD_SWITCHES = "pYAQ"
 # The same with TetGen's coplanarity tolerance at 1e-12 instead of the default 1e-8.
 COARSE_SWITCHES = "pYT1e-12AQ"
@@ -19,14 +20,18 @@ COARSE_SWITCHES = "pYT1e-12AQ"
 
 @dataclass(frozen=True)
 class Attempt:
-    """An attempt: the mesher's switches, with or without interior points, and the scaffold's switches."""
+    """One way to mesh a grain.
+
+    switches: for the mesher; with_points: whether interior points are placed first; scaffold: switches for
+    the scaffold, the first mesh that separates inside from outside.
+    """
 
     switches: str
     with_points: bool
     scaffold: str = SCAFFOLD_SWITCHES
 
     def report(self, outcome: str, seconds: float) -> dict:
-        """Return the attempt as a dictionary for reports; outcome: "meshed" or the reason of failure."""
+        """Return the attempt as a dict for JSON; outcome: its `reason`, "meshed" or why it failed."""
         return {
             "switches": self.switches,
             "interior_points": self.with_points,
@@ -37,7 +42,11 @@ class Attempt:
 
 @dataclass(frozen=True)
 class MeshingTask:
-    """A grain to mesh, seeds (k, 3) of its islands, the attempt, its number, and reports of failed ones."""
+    """A grain to mesh by one attempt.
+
+    seeds (k, 3): points in the islands, the voids and grains inside the grain; rung: number of the attempt,
+    from 0; failed: reports of the attempts before it.
+    """
 
     surface: GrainSurface
     seeds: np.ndarray
@@ -46,19 +55,23 @@ class MeshingTask:
     failed: tuple = field(default=())
 
     def next(self, attempt: Attempt, failure: dict) -> "MeshingTask":
-        """Return the task with the next attempt; failure: report of this attempt."""
+        """Return the task with the next attempt; failure: report of this task's attempt."""
         return replace(self, attempt=attempt, rung=self.rung + 1, failed=(*self.failed, failure))
 
 
 def attempts(switches: str, with_points: bool) -> list[Attempt]:
-    """Return attempts in order: as given, without points, without quality bounds, with less tolerance."""
+    """Return the distinct attempts at a grain, in order.
+
+    First the given switches, with and without interior points; then the same without quality bounds; last,
+    without points, a smaller coplanarity tolerance. Without `with_points`, no attempt has interior points.
+    """
     tried = [Attempt(switches, with_points), Attempt(switches, False)]
     tried += [Attempt(SCAFFOLD_SWITCHES, with_points), Attempt(SCAFFOLD_SWITCHES, False)]
     tried.append(Attempt(COARSE_SWITCHES, False, COARSE_SWITCHES))
     return list(dict.fromkeys(tried))
 
 
-# Figures of grains that a report sums.
+# Keys of the grains' reports whose values the report of all grains sums.
 SUMMED = (
     "tets",
     "tets_meshed",
@@ -73,9 +86,10 @@ SUMMED = (
 
 
 class Ladder:
-    """The attempts at all grains and their results; a Listener of `run_tasks`.
+    """The attempts at all grains and their results.
 
-    ask_tetgen: whether TetGen's own diagnosis is used for grains that fail every attempt.
+    It is a Listener: `run_tasks` calls on_done and on_failure for each task. ask_tetgen: whether TetGen's
+    own diagnosis is used for grains that fail every attempt.
     """
 
     def __init__(
@@ -92,7 +106,10 @@ class Ladder:
         self.spent, self.total = 0, sum(len(one.facets) for one in surfaces)
 
     def tasks(self, islands: Iterable[Any]) -> list[tuple[float, MeshingTask]]:
-        """Return each grain's cost and its first task; islands have a `host` grain and `seeds`."""
+        """Return the cost and the first task of each grain; the cost is the number of facets.
+
+        islands: voids and grains inside grains, with attributes `host` (a grain id) and `seeds`.
+        """
         seeds: dict[int, list] = {}
         for island in islands:
             seeds.setdefault(island.host, []).extend(island.seeds)
@@ -107,14 +124,14 @@ class Ladder:
         ]
 
     def on_done(self, task: MeshingTask, value: tuple[GrainTets, dict], seconds: float) -> None:
-        """Store a grain's tets and figures."""
+        """Store a grain's tets and report, and report the progress."""
         grain_tets, figures = value
         tried = [*task.failed, task.attempt.report("meshed", seconds)]
         self.done[task.surface.grain] = grain_tets, figures | {"attempts": tried}
         self._tell(task)
 
     def on_failure(self, task: MeshingTask, failure: Failure, seconds: float) -> MeshingTask | None:
-        """Return the task of the next attempt; after the last attempt store the failure and return None."""
+        """Return the task of the next attempt; after the last one, diagnose and store the failure: None."""
         attempt = task.attempt.report(failure.reason, seconds)
         if task.rung + 1 < len(self.attempts):
             return task.next(self.attempts[task.rung + 1], attempt)
@@ -137,7 +154,11 @@ class Ladder:
         return tuple(sorted(self.failures, key=lambda failure: failure.grain))
 
     def report(self) -> dict:
-        """Return sums over grains, and by grain poor tets, repeated attempts and failures."""
+        """Return the report of all grains, for JSON.
+
+        It has the number `grains` of meshed grains, sums over them (SUMMED), and dicts by grain id (as
+        text): `poor` tets, `tried_again` (attempts of grains that needed more than one) and `failed`.
+        """
         figures = {grain: self.done[grain][1] for grain in sorted(self.done)}
         return {
             "grains": len(self.done),

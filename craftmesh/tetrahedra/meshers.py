@@ -38,27 +38,34 @@ class Mesher(Protocol):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return (points, tets) with the input points first, in order and bit for bit.
 
-        points (n, 3); facets (m, 3) boundary and internal facets, all kept; markers (m,) > 0;
-        interior_points (k, 3) become vertices after `points`; holes (h, 3) seeds in regions to leave
-        empty; switches: the mesher's own language. The tets (t, 4) int64 have positive volumes (corners
-        1, 2, 3 turn right-handed towards corner 4). Raises MesherRefusal.
+        points (n, 3); facets (m, 3): boundary and internal facets, all of which must be faces of tets;
+        markers (m,): numbers > 0 of the facets; interior_points (k, 3): vertices that come after
+        `points`; holes (h, 3): seeds in regions to leave empty; switches: in the mesher's own language.
+        The tets (t, 4) int64 have positive volumes (corners 1, 2, 3 turn right-handed towards corner 4).
+        Raises MesherRefusal if there is no such mesh.
         """
         ...
 
 
 def load_mesher(name: str) -> Mesher:
-    """Return the mesher called `name`: a built-in one, or an instance of `package.module:Class`."""
+    """Return the mesher called `name`: a built-in one, or an instance of `package.module:Class`.
+
+    Raises CraftmeshError if there is none of this name, or if its class needs arguments.
+    """
     made = own_code("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
     try:
         return made()
     except TypeError as error:
-        raise CraftmeshError(f"mesher {name!r}: {error}; expected a class without arguments") from error
+        raise CraftmeshError(f"mesher {name!r}: {error}; give a class without arguments") from error
 
 
 def check_mesher(name: str) -> None:
-    """Raise CraftmeshError unless `name` is a mesher; a built-in one's program is not looked up here."""
+    """Raise CraftmeshError unless `name` is a mesher with a method mesh.
+
+    Built-in names are accepted without a look for their program or package.
+    """
     if name not in (*BUILT_IN, TETWILD) and not callable(getattr(load_mesher(name), "mesh", None)):
-        raise CraftmeshError(f"mesher {name!r} has no method mesh; see craftmesh.tetrahedra.meshers")
+        raise CraftmeshError(f"mesher {name!r} has no method mesh; add it as in tetrahedra.meshers.Mesher")
 
 
 class TetGenMesher:
@@ -73,7 +80,7 @@ class TetGenMesher:
         holes: np.ndarray,
         switches: str,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Mesh as `Mesher` promises."""
+        """Return points and tets as `Mesher` describes."""
         import tetgen
 
         everything = np.concatenate([points, interior_points]) if len(interior_points) else points
@@ -97,7 +104,10 @@ PROGRAM = "tetgen"
 
 
 class TetGenProgram:
-    """The program `tetgen` on the PATH, such as Debian's TetGen 1.5; raises CraftmeshError without it."""
+    """The program `tetgen` on the PATH, such as Debian's TetGen 1.5.
+
+    Raises CraftmeshError if there is no such program.
+    """
 
     def __init__(self) -> None:
         program = shutil.which(PROGRAM)
@@ -117,7 +127,7 @@ class TetGenProgram:
         holes: np.ndarray,
         switches: str,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Mesh as `Mesher` promises, in a folder of its own under the working folder."""
+        """Mesh as `Mesher` describes, in a temporary folder under the working folder."""
         everything = np.concatenate([points, interior_points]) if len(interior_points) else points
         with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
             write_smesh(Path(folder) / "grain.smesh", everything, facets, markers, holes)
@@ -152,13 +162,14 @@ def write_smesh(
 
 
 def _with_exact(nodes: np.ndarray, given: np.ndarray) -> np.ndarray:
-    """Return nodes (n, 3) with exact coordinates of the given points, which are the first nodes.
+    """Return nodes (n, 3) whose first rows are replaced by the given points (k, 3), bit for bit.
 
-    nodes: as read from text. Raises MesherRefusal if given points are missing or differ too much.
+    nodes: as read from text. Raises MesherRefusal if given points are missing, or if a first row differs
+    from its point by more than the fraction EXACT of the largest coordinate.
     """
     count = len(given)
     if len(nodes) < count:
-        raise MesherRefusal(f"TetGen kept {len(nodes)} of {count} points")
+        raise MesherRefusal(f"TetGen returned {len(nodes)} points, fewer than the {count} given")
     off = np.abs(nodes[:count] - given).max(initial=0.0)
     if not off <= EXACT * np.abs(given).max(initial=0.0):
         raise MesherRefusal(f"TetGen moved or renumbered points, by up to {off:.3g}")

@@ -1,4 +1,4 @@
-"""How the grains are filled with tetrahedra."""
+"""Options for filling the grains with tetrahedra."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -9,7 +9,7 @@ from craftmesh.tetrahedra.meshers import TETWILD
 
 @dataclass(frozen=True)
 class TetrahedralizeOptions(Options):
-    """How grains are filled with tetrahedra."""
+    """Options of the stage `tetrahedralize`: mesher, its bounds and limits, and optional steps."""
 
     mesher: str = option(
         "tetgen", "tetgen, tetgen-cli, tetwild (the whole model), or package.module:Class of your own"
@@ -33,5 +33,5 @@ class TetrahedralizeOptions(Options):
 
     @property
     def all_switches(self) -> str:
-        """The switches of the first attempt."""
+        """The mesher's switches of the first attempt: `switches`, or TetGen's with the two bounds."""
         return self.switches or f"pYq{self.radius_edge_ratio:g}/{self.min_dihedral:g}AQ"

@@ -14,7 +14,7 @@ from craftmesh.tetrahedra.whole_mesh import Model
 
 
 def poor_by_grain(model: Model) -> dict[str, list[dict]]:
-    """Return the rows of `poor_tets` by grain id (as text), for grains with poor tets."""
+    """Return the rows of `poor_tets` by grain id (as text); grains without poor tets are left out."""
     grains = np.unique(model.grain[model.quality < POOR])
     tets_of = {one.grain: one for one in model.grain_tets}
     result = {}
@@ -28,9 +28,11 @@ def poor_by_grain(model: Model) -> dict[str, list[dict]]:
 def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> list[dict]:
     """Return a row for each poor tet of a grain (`is_poor`), sorted by smallest dihedral angle.
 
-    nodes (n, 3), which begin with the surface's points; tets (m, 4). A row has the facets (rows of the
-    Surface) that share an edge with the tet, their smallest angle, and at the shared edges the sharpest
-    wedge of the grain and the shortest length; these are None for a tet without an edge on the surface.
+    nodes (n, 3), which begin with the surface's points; tets (m, 4). A row is a dict with the smallest and
+    largest `dihedrals`, the `shape_factor`, the `centre`, and the `facets` (rows of the Surface) that share
+    an edge with the tet. `facet_angle` is the smallest angle of these facets, `wedge` the smallest dihedral
+    angle of the grain at the shared edges, `edge` the length of the shortest of these edges; all three are
+    None if no edge is on the surface. Angles are in degrees.
     """
     measures = shape_measures(nodes, np.ascontiguousarray(tets))
     _, _, low, high, factor = measures.T
@@ -66,7 +68,7 @@ def _least(values: np.ndarray, digits: int) -> float | None:
 
 
 def _sharpest_wedges(surface: GrainSurface, edges: np.ndarray) -> np.ndarray:
-    """Return at each edge (e, 2) the smallest angle (e,) between two facets with the grain between them.
+    """Return for each edge (e, 2) the smallest angle (e,) between two facets with the grain between them.
 
     The angles are in degrees, and 360 at edges without such facets.
     """
@@ -80,10 +82,11 @@ def _sharpest_wedges(surface: GrainSurface, edges: np.ndarray) -> np.ndarray:
 
 
 def record_of(mesher: str, report: dict, left: Sequence[int], repair: dict | None) -> dict:
-    """Return the record of a chunk of grains, from the report of `tetrahedralize` ({} without one).
+    """Return the record of a chunk of grains, from the report of `tetrahedralize` ({} if it did not run).
 
-    left: ids of grains that have no tets yet; repair: report of the surface's repair, None if nothing was
-    changed. The record omits times, so that the same input gives the same record.
+    It has the keys mesher, repair, tried_again, failed, poor and left. left: ids of grains that have no
+    tets yet; repair: report of the surface's repair, None if nothing was changed. The record omits times,
+    so that the same input gives the same record.
     """
     return {
         "mesher": mesher,
@@ -99,7 +102,10 @@ def record_of(mesher: str, report: dict, left: Sequence[int], repair: dict | Non
 
 
 def merged(records: Sequence[dict]) -> dict:
-    """Return the merged record of several chunks of one surface."""
+    """Return the union of the records (`record_of`) of several chunks of one surface; {} without records.
+
+    Each grain must be in one chunk only (not checked); mesher and repair are of the first record.
+    """
     records = [record for record in records if record]
     if not records:
         return {}
@@ -122,8 +128,10 @@ def with_counts(
 ) -> dict:
     """Return the record for quality.json: with numbers of grains, and reports on the whole model.
 
-    given_way: report of the surface moves at poor tets; smoothed: report of the moves along the surface;
-    poor: rows of grains that these moves changed, which replace their rows in the record.
+    whole_model: report of a mesh of the whole model; given_way: report of the moves off the surface at
+    faulty tets; smoothed: report of the moves along the surface. Each is None if there was none. poor: rows
+    of poor tets by grain, which replace the grain's rows in the record; grains with an empty list are
+    left out.
     """
     counts = {f"grains_{name}": len(record.get(name, ())) for name in ("tried_again", "failed")}
     kept = {grain: rows for grain, rows in (record.get("poor", {}) | poor).items() if rows}

@@ -1,7 +1,8 @@
-"""Bounds of moves of surface points, by their classification and within a tolerance.
+"""Bounds of moves of surface points, by their classification (patch, line, box plane, crack, front).
 
-Points move along the surface, and off the surface at poor tetrahedra. In both cases points on box planes
-stay on them, and crack and front keep their points.
+Points move along the surface, and off the surface at faulty tetrahedra. In both cases points on box planes
+stay on them and front points stay. Crack points stay in moves along the surface; in moves off the surface
+they move nearly within the crack.
 """
 
 import numpy as np
@@ -15,18 +16,21 @@ from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges
 from craftmesh.tetrahedra.tet_state import Bounds
 from craftmesh.types import CRACK, Surface
 
-# Largest move along the surface, relative to the mean edge at the point.
+# Largest move along the surface, relative to the mean length of the edges at the point.
 SLIDE = 0.3
-# Degrees: largest deviation of a point's facets, or its line's edges, from their mean for a move along the
-# surface. If all points moved, small grains would change by several percent.
+# Degrees: largest deviation of a point's facets, or of its line's edges, from their mean direction for a
+# move along the surface. If all points moved, the volumes of small grains would change by several percent.
 BEND = 15.0
-# Quantile of edge lengths that replaces the front's edges for a crack without a front. On random cracks it
-# is 0.5 to 1.3 of l_min.
+# Quantile of the crack's edge lengths that stands for the length of front edges if a crack has no front. On
+# random cracks it is 0.5 to 1.3 times l_min.
 SHORT_EDGES = 0.05
 
 
 def crack_length(surface: Surface) -> float:
-    """Return the median length of front edges; without a front, the SHORT_EDGES quantile of crack edges."""
+    """Return the median length of front edges, or without a front the SHORT_EDGES quantile of crack edges.
+
+    The result is 0 without a crack.
+    """
     front, crack = median_front_edge(surface), surface.facets[surface.kind == CRACK]
     if front or not len(crack):
         return front
@@ -34,9 +38,10 @@ def crack_length(surface: Surface) -> float:
 
 
 def along_surface(surface: Surface) -> Bounds:
-    """Return bounds for moves along flat patches and straight lines; junctions and the crack stay.
+    """Return bounds for moves along the surface, on flat patches and straight lines.
 
-    A point on a box plane moves exactly within the plane.
+    Junction points, crack points, coincident points and points where patch or line bends by more than BEND
+    stay. A point on a box plane moves exactly within the plane. The reach is SLIDE mean edges.
     """
     classes, points = Classification(surface), surface.points
     lowest = lowest_equal_point(points)
@@ -59,8 +64,9 @@ def along_surface(surface: Surface) -> Bounds:
 def off_surface(surface: Surface) -> Bounds:
     """Return bounds for moves off the surface, within box planes and along the crack.
 
-    A crack point moves in the mean plane of its facets, as far as this plane is within TETRAHEDRA.facets
-    (in `crack_length`) of each facet's plane. Front points stay. For other points the reach is infinite.
+    A crack point moves in the mean plane of its crack facets, as far as this plane is within
+    TETRAHEDRA.facets times `crack_length` of each facet's plane. Front points stay. For points off the
+    crack the reach is infinite here; the caller bounds it.
     """
     classes, points = Classification(surface), surface.points
     ways, reach = np.repeat(np.eye(3)[None], len(points), axis=0), np.full(len(points), np.inf)
@@ -85,9 +91,10 @@ def off_surface(surface: Surface) -> Bounds:
 
 
 def _products(vectors: np.ndarray, corners: np.ndarray, count: int) -> np.ndarray:
-    """Return for each point (count, 3, 3) the sum of v v^T / |v| over the vectors v at it.
+    """Return for each point the matrix (count, 3, 3) that sums v v^T / |v| over the vectors v at the point.
 
-    vectors (m, 3): of facets or edges; corners (m, k): their points.
+    vectors (m, 3): of facets or edges; corners (m, k): ids of the points of each facet or edge. The
+    eigenvector of the largest eigenvalue is the mean direction.
     """
     size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
     products = (vectors[:, :, None] * vectors[:, None, :] / size[:, None, None]).reshape(-1, 9)

@@ -1,4 +1,8 @@
-"""Surface moves for all grains at once: along the surface, and off the surface at faulty tets."""
+"""Surface moves for all grains at once: along the surface, and off the surface at faulty tets.
+
+Faulty tets are flat, poor (bad dihedral angles or shape factor), stretched (aspect ratio over STRETCHED) or
+narrow (under WIDE by the measure FORM).
+"""
 
 from dataclasses import dataclass
 
@@ -31,15 +35,16 @@ from craftmesh.tetrahedra.tet_state import Bounds, new_state, unlinked_state
 from craftmesh.tetrahedra.whole_mesh import Model, regrouped
 from craftmesh.types import Surface
 
-# Moves along the surface: a third step would lower the mean aspect ratio by .0005.
+# Moves along the surface: two passes, because a third one would lower the mean aspect ratio by only .0005.
 SLIDING = 2 * (Step("aspect", FREE_FROM, WHOLE),)
-# Largest moves off the surface, relative to the mean edge at the point, in successive rounds while tets are
-# faulty, so that small moves are tried before large ones. On random cracks 0.15 leaves several times as
-# many stretched tets as 0.4.
+# Largest moves off the surface, relative to the mean length of the edges at the point, in successive rounds
+# while tets are faulty, so that small moves are tried before large ones. On random cracks, 0.15 as the last
+# of these leaves several times as many stretched tets as 0.4.
 REACHES = (0.025, 0.05, 0.1, 0.2, 0.4)
-# The last of these moves for tets that are only narrow (under WIDE by FORM).
+# The last of these rounds in which tets that are only narrow (under WIDE by FORM) are worked on.
 NARROW_REACH = 0.1
-# Largest relative volume change of grains and voids, except at flat and poor tets.
+# Largest estimated relative volume change of grains and voids; it does not bound points at flat and poor
+# tets.
 MOST_DRIFT = 0.05
 # Layers of tets around faulty tets within which the mesh may change.
 LAYERS = 4
@@ -53,8 +58,10 @@ def is_stretched(measures: np.ndarray) -> np.ndarray:
 def slid(model: Model) -> tuple[Model, dict]:
     """Return the model after moves along the surface that lower the mean aspect ratio, and a report.
 
-    Surface points move within `along_surface`, and interior points joined to them move too. Points of
-    faulty tets stay. No tet falls below FREE_FROM, or below the worst tet at its point if that is lower.
+    Surface points move within the bounds of `along_surface`; interior points of tets with a surface point
+    move too. Points of poor and stretched tets stay. A move takes no quality below FREE_FROM, or below the
+    worst quality at the point if that is less. The report has the number of surface points moved, their
+    largest move, and the mean aspect ratio before and after.
     """
     bounds, tets = along_surface(model.surface), model.tets
     on_surface = len(bounds.reach)
@@ -86,10 +93,11 @@ def _state_near(
     bounds: Bounds,
     facets: np.ndarray,
 ) -> tuple[TetState, np.ndarray]:
-    """Return the state of the model's tets `rows` (k,), and the model's node ids (n,) of its points.
+    """Return the optimiser's state of the model's tets `rows` (k,), and the model's ids (n,) of its points.
 
-    Points that other tets use too, and points whose tets are not connected over faces, are frozen. facets
-    (m, 3): surface facets, which block cavities. Target sizes are the mean edges at points.
+    Frozen are points that other tets use too, surface points that may not move (`bounds`), and surface
+    points whose tets are not connected over faces. facets (m, 3): surface facets, which no cavity crosses.
+    Target lengths are the mean edge lengths at points.
     """
     points, tets = model.points, model.tets
     near, local, used = compact(points, tets[rows])
@@ -110,8 +118,8 @@ def _state_near(
 class GivenWay:
     """The model after moves off the surface at faulty tets.
 
-    report: counts and the largest move, None without faulty tets; warning: a line on moves at poor tets,
-    or None.
+    report: counts of flat, poor and stretched tets before and after, and moves, None without faulty tets;
+    warning: a line about moves at poor tets, None if there were none.
     """
 
     model: Model
@@ -120,10 +128,11 @@ class GivenWay:
 
 
 def given_way(model: Model) -> GivenWay:
-    """Return the model with fewer flat, poor, stretched and narrow tets.
+    """Return the model with fewer flat, poor, stretched and narrow tets; without any it is unchanged.
 
-    Nodes near such tets move to lower the tets' fault weight, and cavities there are replaced. Surface
-    nodes move off the surface by up to 0.4 of their mean edge, within the bounds of `off_surface`.
+    Within LAYERS layers of tets around faulty tets, interior nodes move and sets of tets are replaced to
+    lower the fault weight, a penalty on these tets. Surface nodes next to faulty tets move off the surface
+    by up to 0.4 times the mean length of their edges, within the bounds of `off_surface`.
     """
     points, tets, facets = model.points, model.tets, model.surface.facets
     quality, bad = model.quality, model.quality < SOUND_FROM
@@ -171,9 +180,10 @@ def given_way(model: Model) -> GivenWay:
 
 
 def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Return the fraction (k,) of their reach that points may move so that no volume drifts too far.
+    """Return the fraction (k,) of its reach that each point may move.
 
-    own (k,): the points; reach (k,): their moves, with inward and outward moves equally likely.
+    own (k,): the points; reach (k,): their largest moves. The estimated volume change of each grain and
+    void stays under MOST_DRIFT; the estimate takes inward and outward moves as equally likely.
     """
     swept = np.zeros(len(surface.points))
     swept[own] = reach
@@ -211,8 +221,8 @@ def _warning(report: dict) -> str | None:
         return None
     return (
         f"{report['poor_before']} poor tetrahedra, {report['flat_before']} of them flat, lie where the "
-        f"surface leaves no room: {report['surface_points_moved']} of its points were moved by up to "
-        f"{report['largest_move']:.3g}, for both neighbours alike; {report['poor_left']} poor and "
-        f"{report['flat_left']} flat ones are left, the largest change of a volume is "
+        f"surface leaves no room for good ones: {report['surface_points_moved']} surface points were "
+        f"moved, in all their grains, by up to {report['largest_move']:.3g}; {report['poor_left']} poor "
+        f"and {report['flat_left']} flat tetrahedra are left, the largest change of a grain's volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )

@@ -1,4 +1,4 @@
-"""The optimiser's mesh under change, made from points and tetrahedra, and turned back into them."""
+"""The optimiser's state of a changing mesh: made from points and tetrahedra, and turned back into them."""
 
 from typing import NamedTuple
 
@@ -7,16 +7,18 @@ import numpy as np
 from craftmesh.by_reference import by_reference
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets
 
-# Length of arrays relative to the mesh; insertions add some 1%.
+# Length of the state's arrays: this multiple of the mesh's points or tets, plus SPARE rows. Insertions add
+# about 1% of the points.
 CAPACITY = 1.5
 SPARE = 2000
 NO_FACETS = np.zeros((0, 3), np.int64)
 
 
 class Bounds(NamedTuple):
-    """Bounds of moves of the first s points of a mesh: from home (s, 3) by at most reach (s,).
+    """Bounds of moves of the first s points of a mesh, the surface points.
 
-    The points move along the rows of ways (s, 3, 3), which are orthonormal or 0.
+    A point stays within reach (s,) of its home (s, 3). It moves along the rows of ways (s, 3, 3), unit
+    vectors perpendicular to each other, or 0 for a direction that is not allowed.
     """
 
     home: np.ndarray
@@ -38,7 +40,9 @@ def new_state(
 ) -> TetState:
     """Return a reference to the state of a mesh, with its adjacency and room for new points and tets.
 
-    Arguments are as for `optimise_tets`; bounds: of the first points; label (m,): the grain of each tet.
+    points (n, 3), tets (m, 4), blocked (k, 3), size (n,): as for `optimise_tets`; the first `frozen` points
+    do not move. bounds: of the first points, the surface points; label (m,): the grain of each tet. All
+    qualities are inf until they are computed.
     """
     room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
     arrays = TetState(
@@ -73,9 +77,10 @@ def unlinked_state(
     quality: np.ndarray,
     bounds: Bounds,
 ) -> TetState:
-    """Return the mesh without its adjacency, behind a reference, for passes that only move points.
+    """Return a reference to the state of a mesh without adjacency, for passes that only move points.
 
-    points (n, 3) and quality (m,), by the measure of the passes, will be changed; frozen (n,): bool.
+    The passes change points (n, 3) and quality (m,) in place; quality must be by their measure. frozen
+    (n,): mask of points that stay.
     """
     none = np.zeros(0, np.int64)
     counts = np.array([len(points), len(tets), 0, 0], np.int64)
@@ -100,7 +105,7 @@ def unlinked_state(
 
 
 def _rows_of(bounds: Bounds) -> dict[str, np.ndarray]:
-    """Return the bounds as a state has them: the last row is that of all other points."""
+    """Return home, ways and reach with an added last row, without bounds, for points off the surface."""
     return {
         "home": np.concatenate([bounds.home, np.zeros((1, 3))]),
         "ways": np.concatenate([bounds.ways, np.eye(3)[None]]),
@@ -109,7 +114,10 @@ def _rows_of(bounds: Bounds) -> dict[str, np.ndarray]:
 
 
 def mesh_of(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) without dead tets and unused points; the first `frozen` points are kept."""
+    """Return (points, tets) of a state without dead tets and unused points.
+
+    The first `frozen` points are kept even if unused.
+    """
     return without_unused(state.points[: state.counts[POINTS]], live_tets(state), frozen)
 
 
@@ -120,7 +128,7 @@ def live_tets(state: TetState) -> np.ndarray:
 
 
 def without_unused(points: np.ndarray, tets: np.ndarray, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) without unused points; the first `frozen` points are kept."""
+    """Return (points, tets) without unused points; the first `frozen` points are kept even if unused."""
     used = np.zeros(len(points), bool)
     used[tets.ravel()] = True
     used[:frozen] = True

@@ -35,11 +35,12 @@ def tetrahedralize(
     """Return the tetrahedra of each grain (default: all) by ascending id, and a report.
 
     The surface is kept: all facets, crack facets inside grains included, are faces of tetrahedra, and
-    its nodes keep every bit. sizing: `at(points)` gives target edge lengths (Eq. 3); None uses the
-    surface's edge lengths. islands: voids and grains within grains with their seeds; a seed outside its
-    region is replaced. cell: edge of the first cells of the interior points' lattice; None: `lattice_cell`
-    of the surface's box. The result does not depend on `workers`. Raises MeshingError, with the results so
-    far, if a grain fails in every attempt.
+    its nodes keep every bit. sizing: `at(points)` gives target edge lengths (paper, Eq. 3); None uses
+    the surface's edge lengths. islands: voids and grains within grains, with seeds (points inside
+    them); a seed outside its island is replaced. cell: edge of the first cells of the interior points'
+    lattice; None: `lattice_cell` of the surface's box. The result does not depend on `workers`. The
+    report is described in `Ladder.report`. Raises MeshingError, with the tets of the other grains, if
+    a grain fails in every attempt, and CraftmeshError for unknown grains or an unknown mesher.
     """
     options = options or TetrahedralizeOptions()
     load_mesher(options.mesher)
@@ -59,7 +60,7 @@ def tetrahedralize(
 
 
 class FanMesher:
-    """A mesher of convex surfaces: tetrahedra join the facets to one point inside."""
+    """A mesher of convex surfaces, for `load_kernels`: tetrahedra join the facets to one point inside."""
 
     def mesh(
         self, points: np.ndarray, facets: np.ndarray, *_others: object
@@ -80,7 +81,7 @@ def load_kernels(setting: Setting) -> None:
 
 
 def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:
-    """Return the grain ids of part 1..parts; all parts have about the same number of facets."""
+    """Return the sorted grain ids of chunk `part` (1 to `parts`); all chunks have about as many facets."""
     labels, facets = np.unique(surface.sides, return_counts=True)
     facets, labels = facets[labels > 0], labels[labels > 0]
     load = np.zeros(parts, np.int64)

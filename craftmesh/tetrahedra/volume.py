@@ -27,8 +27,8 @@ from craftmesh.voxels.islands import Island
 class Volume:
     """Tetrahedra of the grains and the surface that they lie on: the two inputs of `assemble`.
 
-    record: results by grain, as in quality.json; warnings: a line for each change of the surface and for
-    failed grains; failures: one per failed grain.
+    record: failed attempts and poor tets by grain, as in quality.json (`record_of`); warnings: lines about
+    changes of the surface and failed grains; failures: one per failed grain.
     """
 
     surface: Surface
@@ -76,8 +76,9 @@ def fill_grains(
 ) -> tuple[Volume, dict]:
     """Return the repaired surface with the tetrahedra of `grains` (default: all), and a report.
 
-    Grains that fail every attempt have no tetrahedra and are in the record as `left`; with mesher tetwild
-    these are all grains. cell: see `tetrahedralize`.
+    The surface is repaired only with options.repair. Grains that fail every attempt have no tetrahedra; the
+    record lists them under `left`. With mesher tetwild, which meshes the whole model later, these are all
+    grains, and the report is empty. cell: see `tetrahedralize`.
     """
     found = mended(surface) if options.repair else Mended(surface)
     wanted = surface.grains.tolist() if grains is None else list(grains)
@@ -102,9 +103,10 @@ def optimised_volume(
     sizing: Lengths,
     options: TetrahedralizeOptions,
 ) -> Volume:
-    """Return the tetrahedra of all grains of a surface, optimised as `mesh_volume` does after the filling.
+    """Return the given tetrahedra of all grains, optimised as `mesh_volume` does after the filling.
 
-    grain_tets: tetrahedra that fill the grains, by ascending id.
+    grain_tets: tetrahedra that fill the grains of `surface`, one entry per grain by ascending id. Raises
+    WrongMesh if they do not fill a grain.
     """
     better = []
     for given, bounds in zip(grain_tets, grain_surfaces(surface), strict=True):
@@ -123,9 +125,9 @@ def complete_volume(
 ) -> Volume:
     """Return the tetrahedra of all grains after the surface moves of `mesh_volume`.
 
-    filled: all grains of the repaired surface, from any number of chunks; sizing_of: called only if the
-    whole model is meshed because grains are left. Raises MeshingError if this fails, or if
-    options.fallback is none.
+    filled: all grains of the repaired surface, from any number of chunks. If its record lists grains
+    without tetrahedra, the whole model is meshed by pytetwild; only then `sizing_of` is called for the
+    sizing. Raises MeshingError if that mesh fails, or if it is needed and options.fallback is none.
     """
     given, record = Completion(filled.surface, filled.grain_tets), filled.record
     try:

@@ -36,15 +36,16 @@ class Model:
 
     @cached_property
     def quality(self) -> np.ndarray:
-        """(m,) the quality of each tet by WHOLE."""
+        """Quality (m,) of each tet by the measure WHOLE (`tet_quality`)."""
         quality = np.empty(len(self.tets))
         all_qualities(self.points, self.tets, len(quality), quality, WHOLE)
         return quality
 
     def moved(self, points: np.ndarray, quality: np.ndarray) -> "Model":
-        """Return the model with its nodes at `points` (n, 3); coincident surface points stay coincident.
+        """Return the model with its nodes at `points` (n, 3).
 
-        quality (m,): of the tets there.
+        Surface points that coincide in this model get the position of the lowest of them. quality (m,): of
+        the tets at the new positions (not checked).
         """
         old = self.surface.points
         on_surface = points[: len(old)][lowest_equal_point(old)]
@@ -67,10 +68,10 @@ def regrouped(
     grain: np.ndarray,
     quality: np.ndarray,
 ) -> Model:
-    """Return the model with the tets (k, 4) of grains (k,) instead of its tets `rows`.
+    """Return the model with new tets (k, 4) instead of its tets `rows`.
 
-    points (n, 3): the model's points, then new points. Interior points that no tet uses are removed.
-    quality (k,): of the new tets.
+    points (n, 3): the model's points, then new points. grain, quality (k,): of the new tets, quality by
+    WHOLE. Interior points that no tet uses are removed.
     """
     stays, used = np.ones(len(model.tets), bool), np.zeros(len(points), bool)
     stays[rows] = False

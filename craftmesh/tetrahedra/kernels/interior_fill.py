@@ -7,16 +7,18 @@ import numpy as np
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cells_of_box
 
-# Barycentric tolerance: a point whose projection is this far outside a facet still counts as above it.
+# Tolerance in barycentric coordinates: a point whose projection lies outside a facet by this still counts
+# as above it.
 RIM = 0.05
-# points (n, 3), the first `vertices` of which are surface points; apart (n, 2): minimum distances of each
-# from surface points and from others; stays (n,): mask of points chosen so far; bins: of all points.
+# points (n, 3), the first `vertices` of which are surface points; apart (n, 2): smallest distances of each
+# point from surface points and from other points; stays (n,): mask of points chosen so far; bins: of all
+# points.
 Choice = namedtuple("Choice", "points vertices apart stays bins")
 
 
 @kernel
 def _barycentric_rows(a, b, c, d, rows):
-    """Write the gradients (3, 3) of the barycentric coordinates of b, c, d; return False for a flat tet."""
+    """Write the gradients (3, 3) of the barycentric coordinates of b, c, d; return False if V <= 0."""
     u, v, w = b - a, c - a, d - a
     rows[0], rows[1], rows[2] = np.cross(v, w), np.cross(w, u), np.cross(u, v)
     determinant = np.dot(rows[0], u)
@@ -28,7 +30,10 @@ def _barycentric_rows(a, b, c, d, rows):
 
 @kernel
 def mark_inside(candidates, bins, points, tets):
-    """Return a mask (n,) of candidates (n, 3), sorted into bins, that lie in a tet (t, 4) on points."""
+    """Return a mask (n,) of the candidates (n, 3) that lie in one of the tets (t, 4) on `points`.
+
+    bins: of the candidates. Tets without a positive volume are skipped.
+    """
     inside = np.zeros(len(candidates), np.bool_)
     rows = np.empty((3, 3))
     lower, upper = np.empty(3), np.empty(3)
@@ -59,7 +64,10 @@ def mark_inside(candidates, bins, points, tets):
 
 @lean_kernel
 def _is_over(u, v, normal, area2, foot):
-    """Return whether a point, at `foot` relative to corner a, projects into the facet a, a + u, a + v."""
+    """Return whether a point projects into the facet with the corners a, a + u, a + v, up to RIM.
+
+    foot: the point minus a; normal: u x v; area2: the normal's squared length.
+    """
     dx, dy, dz = foot
     # Coordinates of the projection along u and v, from triple products with the normal.
     s = (
@@ -77,10 +85,10 @@ def _is_over(u, v, normal, area2, foot):
 
 @kernel
 def mark_clear(candidates, clearance, bins, corners, reach):
-    """Return a mask (n,) of candidates (n, 3) at least their clearance (n,) from facets above or below.
+    """Return a mask (n,) of the candidates (n, 3) at heights of at least `clearance` (n,) over all facets.
 
-    bins: of the candidates; corners (m, 3, 3) of the facets; reach (m,): the largest distance at which
-    facet f can matter.
+    Only facets that a candidate projects into count for it. bins: of the candidates; corners (m, 3, 3): of
+    the facets; reach (m,): largest distance from each facet's bounding box at which candidates are checked.
     """
     clear = np.ones(len(candidates), np.bool_)
     lower, upper = np.empty(3), np.empty(3)
@@ -139,7 +147,7 @@ def _is_crowded(choice, p):
 def thin_out(points, vertices, apart, bins):
     """Return a mask (n,) of points that stay: the first `vertices`, then, in order, points with room.
 
-    apart (n, 2): minimum distances of each from the first `vertices` and from other points that stay.
+    apart (n, 2): smallest distances of each point from the first `vertices` and from others that stay.
     """
     stays = np.zeros(len(points), np.bool_)
     stays[:vertices] = True

@@ -1,4 +1,8 @@
-"""A mesh under change: stars, rings, and cavity replacement, the only operation that changes the mesh."""
+"""A mesh under change: stars, rings, and cavity replacement, the only change of its topology.
+
+The star of a point is the set of tets with this corner; the ring of an edge is the cycle of tets around it;
+a cavity is a set of tets that is replaced by others with the same outer faces.
+"""
 
 from collections import namedtuple
 
@@ -8,7 +12,8 @@ from craftmesh.by_reference import by_reference
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS
 
-# A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, stamp].
+# A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, last stamp].
+# A slot is a row of the arrays of tets; a stamp is a number that marks the tets of one search.
 # points (n, 3); tets (m, 4) with positive volumes, corner 0 is -1 in a dead slot; neighbours (m, 4)
 # across the face opposite each corner, -1 if there is none, -2 - u if tet u is beyond a surface facet;
 # tet_of (n,) a live tet of each point or -1; quality (m,); size (n,) target edge lengths; frozen
@@ -21,26 +26,28 @@ TetState = namedtuple(
 )
 POINTS, TETS, FREE, STAMP = range(4)
 
-# Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
-# and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack; corners of a
-# tet; a table of faces and their aspect ratios (see `tet_ratio_sums`); counts of operations by kind (see
-# `tet_passes`).
+# Work arrays: tets of a star; faces of a cavity, which have a positive volume with the apex; nodes and tets
+# of a ring; new tets and their qualities; open faces of a replacement (keys, links); tables and stack of
+# Klincsek's search for the best triangulation of a ring; corners of a tet; a table of faces and their
+# aspect ratios (`tet_ratio_sums`); counts of operations in the order of KINDS.
 Scratch = namedtuple(
     "Scratch",
     "star faces ring ring_tets new new_quality keys links best split stack corners table ratios done",
 )
-# Most tets in a star or ring; larger ones are skipped, because ring work grows with the cube of the size.
+# Most tets in a star (MAX_STAR) and in a ring (MAX_RING); larger ones are skipped, because the work of a
+# ring grows with the cube of its size.
 MAX_STAR = 256
-# Columns of a table: rows a power of two long would share few lines of the processor's cache.
+# Columns of a table of faces. Eight more than needed, because rows of a power of two long would share few
+# lines of the processor's cache.
 ROOM = MAX_STAR + 8
 MAX_RING = 8
 # Names of the counted operations.
 KINDS = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
 
 EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
-# The other two corners, so that (edge, other two) is an even permutation.
+# The other two corners for each edge, so that (edge, other two) is an even permutation.
 OPPOSITE = np.array([[2, 3], [3, 1], [1, 2], [0, 3], [2, 0], [0, 1]])
-# The face opposite each corner, so that (face, corner) is positive.
+# The face opposite each corner, so that the tet (face, corner) has a positive volume.
 FACES = np.array([[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]])
 
 
@@ -76,7 +83,7 @@ def face_key(tets, t, k):
 
 @kernel
 def link_tets(tets, n_tets, n_points, neighbours, tet_of):
-    """Fill `neighbours` and `tet_of` for the first n_tets tets."""
+    """Fill `neighbours` (-1 for none) and `tet_of` for the first n_tets tets; no face is blocked yet."""
     head = np.full(n_points, -1, np.int64)
     following = np.full(4 * n_tets, -1, np.int64)
     for t in range(n_tets):
@@ -126,7 +133,10 @@ def facet_at(tets, t, k, facets):
 
 @lean_kernel
 def block_facets(tets, n_tets, neighbours, blocked):
-    """Code neighbours u across facets as -2 - u; blocked (k, 3): sorted triples, lexicographic order."""
+    """Change the neighbour u across a facet to -2 - u, so that no operation crosses the facet.
+
+    blocked (k, 3): the facets, as sorted triples in lexicographic order.
+    """
     for t in range(n_tets):
         for k in range(4):
             if facet_at(tets, t, k, blocked) >= 0:
@@ -135,7 +145,10 @@ def block_facets(tets, n_tets, neighbours, blocked):
 
 @lean_kernel
 def node_across(state, t, k):
-    """Return the node across the face opposite corner k of tet t, -1 if no tet is there."""
+    """Return the fourth node of the tet across the face opposite corner k of tet t.
+
+    It is -1 if no tet is there, or if the face is a surface or crack facet.
+    """
     tets, u = state.tets, state.neighbours[t, k]
     if u < 0:
         return -1
@@ -148,7 +161,10 @@ def node_across(state, t, k):
 
 @lean_kernel
 def find_star(state, v, star):
-    """Write the tets incident to v, also beyond facets, to `star`; return their number, -1 if too many."""
+    """Write the tets incident to v to `star`; return their number, -1 if too many.
+
+    Tets are found over common faces, also over surface and crack facets, from state.tet_of[v] on.
+    """
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     state.counts[STAMP] += 1
     stamp = state.counts[STAMP]
@@ -171,7 +187,7 @@ def find_star(state, v, star):
 
 @lean_kernel
 def star_faces(tets, star, count, v, faces):
-    """Write the faces opposite v of the star's tets, each positive with v as apex."""
+    """Write to `faces` the faces opposite v of the tets star[:count], each of positive volume with v."""
     for i in range(count):
         t = star[i]
         for k in range(4):
@@ -182,7 +198,10 @@ def star_faces(tets, star, count, v, faces):
 
 @lean_kernel
 def star_of(state, v, work):
-    """Write the tets incident to v and their faces opposite v; return their number, 0 if too many."""
+    """Write v's incident tets to work.star and their faces opposite v to work.faces; return their number.
+
+    The number is 0 if there are too many.
+    """
     count = find_star(state, v, work.star)
     star_faces(state.tets, work.star, count, v, work.faces)
     return max(count, 0)
@@ -190,10 +209,10 @@ def star_of(state, v, work):
 
 @lean_kernel
 def list_stars(tets, n_tets, frozen, first, corners):
-    """List the corners of live tets at each point that is not frozen (n,); changes of topology outdate it.
+    """List the corners of live tets at each point that is not frozen; changes of topology outdate the list.
 
-    Those of point v are corners[first[v]:first[v + 1]], ascending; corner c is that of tet c // 4.
-    first (n + 1,); corners has room for all.
+    The corners at point v are corners[first[v]:first[v + 1]], ascending; corner c is corner c % 4 of tet
+    c // 4. first (n + 1,); `corners` must be long enough for all (not checked).
     """
     first[:] = 0
     for t in range(n_tets):
@@ -212,9 +231,9 @@ def list_stars(tets, n_tets, frozen, first, corners):
 
 @lean_kernel
 def listed_star(tets, stars, v, work):
-    """Write the tets round v and the faces opposite it; return how many, 0 when they do not fit.
+    """Write v's incident tets to work.star and their faces opposite v to work.faces; return their number.
 
-    stars: first, corners of `list_stars`.
+    The number is 0 if there are too many. stars: the lists `first` and `corners` of `list_stars`.
     """
     first, corners = stars
     start, count = first[v], first[v + 1] - first[v]
@@ -230,7 +249,7 @@ def listed_star(tets, stars, v, work):
 
 @lean_kernel
 def hold_pinched(state, valence, work):
-    """Freeze surface points whose incident tets are not connected over faces.
+    """Freeze surface points whose incident tets are not connected over faces, or are too many for a star.
 
     valence (s,): number of tets incident to each of the first s points.
     """
@@ -241,9 +260,10 @@ def hold_pinched(state, valence, work):
 
 @lean_kernel
 def find_ring(state, t, edge, ring, ring_tets):
-    """Write nodes and tets around an edge of tet t; return their number, 0 at a boundary or if too many.
+    """Write the nodes and tets around an edge of tet t to `ring` and `ring_tets`; return their number.
 
-    With a, b the edge's ends, the tet (a, b, ring[i], ring[i + 1]) is positive, cyclically.
+    The number is 0 at a boundary or facet, or if there are more than MAX_RING. With a, b the edge's ends,
+    the tets (a, b, ring[i], ring[i + 1]) have positive volumes, cyclically.
     """
     tets, neighbours = state.tets, state.neighbours
     a, b = tets[t, EDGES[edge, 0]], tets[t, EDGES[edge, 1]]
@@ -272,7 +292,11 @@ def find_ring(state, t, edge, ring, ring_tets):
 
 @lean_kernel
 def _open_outer_faces(state, old, n_old, keys, links):
-    """Write key and (tet, slot) beyond of each outer face of a cavity; return the number of faces."""
+    """Write the key and the link of each outer face of the cavity old[:n_old]; return their number.
+
+    A key identifies a face (`face_key`). A link is the tet beyond, coded as in state.neighbours, and the
+    corner of that tet opposite the face.
+    """
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     state.counts[STAMP] += 1
     stamp = state.counts[STAMP]
@@ -324,9 +348,10 @@ def _close_face(state, t, k, keys, links, count):
 
 @lean_kernel
 def replace_cavity(state, old, n_old, n_new, work):
-    """Replace the tets old[:n_old] by work.new[:n_new], which have the same outer faces.
+    """Replace the tets old[:n_old] by work.new[:n_new], which must have the same outer faces.
 
-    The caller has checked the new tets and that the arrays have room (`has_room`).
+    Not checked: the new tets, and that the arrays have room (`has_room`). The new tets get the grain of the
+    first old tet.
     """
     tets, counts = state.tets, state.counts
     count = _open_outer_faces(state, old, n_old, work.keys, work.links)

@@ -9,11 +9,12 @@ from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_objective import GAIN, faults_at
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
-# The first `count` faces (f, 3) on points, each positive with the apex as fourth corner, and the measure
-# of quality.
+# Tets that join an apex to the first `count` faces (f, 3) on points. At the start each tet has a positive
+# volume; measure: of quality (`tet_quality`).
 Cone = namedtuple("Cone", "points faces count measure")
-# Iterations of a search. Steps go along the axes, face diagonals and space diagonals of a cube, and are
-# halved if none helps. The first step is this fraction of the given length.
+# Number of iterations of a search. Steps go along the axes, face diagonals and space diagonals of a cube,
+# and are halved if none helps. The first step is FIRST_STEP times a length that the caller chooses: half
+# the edge for an insertion, the smaller of target length and reach for a move.
 ROUNDS = 10
 FIRST_STEP = 0.25
 ANYWHERE = np.eye(3)
@@ -23,7 +24,10 @@ DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 @lean_kernel
 def worst_at(cone, x, y, z, floor):
-    """Return the worst quality of the cone from (x, y, z), or the first quality not over `floor`."""
+    """Return the worst quality of the cone's tets with the apex at (x, y, z).
+
+    The search ends at a quality of `floor` or less, which is then returned.
+    """
     points, faces, measure = cone.points, cone.faces, cone.measure
     worst = 1e300
     for i in range(cone.count):
@@ -35,19 +39,21 @@ def worst_at(cone, x, y, z, floor):
 
 @lean_kernel
 def goal_at(cone, x, y, z, best, lighter):
-    """Return the cone's worst quality from (x, y, z) or, if `lighter`, its negative fault weight.
+    """Return the value of the cone's tets with the apex at (x, y, z); more is better.
 
-    The value is exact if it exceeds `best`.
+    It is their worst quality or, if `lighter`, minus their fault weight, a penalty on flat, poor and
+    stretched tets. The value is exact only if it exceeds `best`.
     """
     return -faults_at(cone, x, y, z, -best) if lighter else worst_at(cone, x, y, z, best)
 
 
 @lean_kernel
 def walk(cone, place, step, disc, ways, span, lighter):
-    """Move the apex while the value of `goal_at` rises; return its position and value.
+    """Move the apex from `place` while the value of `goal_at` rises; return its position and value.
 
     step: length of the first step; disc: (centre, radius) within which the apex stays; ways (3, 3): rows
-    are the directions of moves; span: the value at `place`, and a value that ends the search.
+    are the directions of moves; span: the value at `place`, and a value that ends the search. There are at
+    most ROUNDS iterations.
     """
     x, y, z = place
     home, reach = disc

@@ -1,4 +1,4 @@
-"""Means at the points of tetrahedra: of aspect ratios and of edges."""
+"""Means at the points of tetrahedra: of aspect ratios and of edge lengths."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, all_aspect_ratios
 
 @lean_kernel
 def mean_ratios(points, tets, ratio, mean, count):
-    """Write aspect ratios (t,) of the first tets and their means (n,) at the first points; return the mean.
+    """Write aspect ratios (t,) of tets and the mean (n,) of the tets at each point; return the mean of all.
 
     The ratio is 0 for a dead tet and INVERTED for a flat tet; the mean of all excludes both. count (n,):
     work array for the numbers of tets.

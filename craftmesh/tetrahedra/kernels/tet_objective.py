@@ -1,10 +1,11 @@
-"""Objectives of the optimiser: the worst quality, the sum of aspect ratios, or the weight of faults.
+"""Objectives of the optimiser: the worst quality, the sum of aspect ratios, or the fault weight.
 
-Raising the worst quality spreads the shape that the surface forces on one tet over several tets, until all
-are equally bad. The weight of faults counts each faulty tet instead.
+Raising the worst quality spreads the bad shape that the surface forces on one tet over several tets, until
+all are equally bad. The fault weight instead adds a penalty for each flat, poor or stretched tet.
 
-The value of a set of tets is its worst quality, minus its sum of aspect ratios (each less the aim's
-reference), or minus its fault weights. A change must raise the value by the aim's gain.
+By WORST, the value of a set of tets is its worst quality. By RATIOS, it is the sum of the aim's reference
+minus the aspect ratio over its tets. By FAULTS, it is minus the sum of its fault weights. A change must
+raise the value by the aim's gain.
 """
 
 from collections import namedtuple
@@ -27,24 +28,26 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 
 # Objectives. FAULTS needs the measure WHOLE.
 WORST, RATIOS, FAULTS = range(3)
-# objective; measure of quality; floor: quality that passes aim at, below which RATIOS lowers no tet (except
-# tets that are lower already); gain: minimum rise of the value, negative if it may fall; reference: number
-# subtracted from each aspect ratio. With the mean of all as reference, the mean falls for any number of
-# tets.
+# objective; measure of quality; floor: quality that WORST and FAULTS aim at, and below which RATIOS takes
+# no tet unless a replaced tet was lower; gain: smallest rise of the value, negative if it may fall;
+# reference: number subtracted from each aspect ratio. With the mean of all tets as reference, a rise of the
+# value lowers the mean, also if the number of tets changes.
 Aim = namedtuple("Aim", "objective measure floor gain reference")
-# Minimum gain of an insertion, by objective; an insertion costs elements.
+# Smallest rise of the value by an insertion, for each objective. It is larger than for other operations,
+# because an insertion adds elements.
 INSERTION_GAIN = (0.01, 1.0, 0.5)
-# Minimum rise of the worst quality, and minimum fall of the fault weight, so that rounding causes no
-# endless changes.
+# Smallest rise of the worst quality, and smallest fall of the fault weight, by other operations, so that
+# rounding causes no endless changes.
 GAIN, FALL = 1e-4, 0.05
-# Quality by WHOLE from which on tets are neither poor nor stretched, and below which they are flat.
+# Quality by WHOLE from which tets are neither poor nor stretched, and quality below which they are flat.
 SOUND_FROM = 2 * POOR
 FLAT_TO = float(np.sin(np.radians(FLAT_DIHEDRALS[0])))
-# Weights of a stretched, a poor and a flat tet, and of a tet without volume. If a flat tet outweighed any
-# number of others, noisy volumes would end with twice as many poor tets.
+# Fault weights of a stretched, a poor and a flat tet, and of a tet without volume. With a weight of a flat
+# tet above that of any number of poor tets, volumes with rough surfaces would end with twice as many poor
+# tets.
 OF_STRETCHED, OF_POOR, OF_FLAT, NO_TET = 1.0, 10.0, 100.0, 1e9
-# Width in quality over which the weight falls above a limit, so that a search has a slope to follow and no
-# tet stays on the limit itself.
+# Range of quality above a limit (POOR or SOUND_FROM) over which the weight falls gradually, so that a
+# search has a slope to follow and no tet stays on the limit itself.
 RAMP = 0.012
 # Fraction by which the worst stretched tet weighs more than the best.
 SLOPE = 0.2
@@ -92,7 +95,7 @@ def _worth(points, corners, quality, aim):
 
 @lean_kernel
 def sound_worth(points, corners, aim, limit):
-    """Return the value of a new tet with four corners, -INVERTED if its quality is not over the limit."""
+    """Return the value of a new tet with nodes `corners`, -INVERTED if its quality is not over `limit`."""
     a, b, c, d = corners
     if aim.objective == RATIOS and aim.measure == VOLUME_LENGTH:
         ratio = aspect_ratio_over(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], limit)
@@ -124,7 +127,11 @@ def value_of_new(state, made, aim, work):
 
 @lean_kernel
 def limit_for(state, listed, count, aim):
-    """Return the quality that all tets which replace listed[:count] must exceed."""
+    """Return the quality that each tet that replaces listed[:count] must exceed, at least 0.
+
+    For WORST it is the old tets' worst quality plus the aim's gain; for RATIOS the smaller of this worst
+    quality and the aim's floor; for FAULTS it is 0.
+    """
     if aim.objective == FAULTS:
         return 0.0
     worst = worst_of(state.quality, listed, count)
@@ -133,7 +140,10 @@ def limit_for(state, listed, count, aim):
 
 @lean_kernel
 def faults_at(cone, x, y, z, limit):
-    """Return the fault weight of the cone from (x, y, z), or a partial sum that reaches `limit`."""
+    """Return the fault weight of the cone's tets with the apex at (x, y, z).
+
+    The sum ends early when it reaches `limit`.
+    """
     points, faces = cone.points, cone.faces
     total = 0.0
     for i in range(cone.count):

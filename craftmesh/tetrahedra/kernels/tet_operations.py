@@ -1,7 +1,8 @@
 """Changes of topology: removal of an edge or face, contraction or insertion of a point, if the value rises.
 
-Old and new tets have the same outer faces, and all new tets are positive. No surface or crack facet lies
-inside such a cavity.
+The value is what the aim's objective measures (`tet_objective`). Old and new tets have the same outer
+faces, and all new tets have positive volumes. No surface or crack facet lies inside the old tets. A ring is
+the cycle of tets, or of their nodes, around an edge.
 """
 
 import numpy as np
@@ -33,8 +34,8 @@ from craftmesh.tetrahedra.kernels.tet_objective import (
 )
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_at, quality_of
 
-# Largest ring of an edge that is removed for a lower mean aspect ratio: larger rings took nine tenths of
-# the time and were 198 of 8,071 removals.
+# Largest number of tets around an edge that is removed for a lower mean aspect ratio: larger rings took
+# nine tenths of the time for 198 of 8,071 removals.
 RATIOS_RING = 4
 # Longest edge that a contraction may make, in target lengths; chosen by hand.
 LONGEST = 1.6
@@ -42,10 +43,12 @@ LONGEST = 1.6
 
 @lean_kernel
 def _best_triangulation(points, ends, count, aim, limit, work):
-    """Fill Klincsek's tables and return the best value of tets that fill the whole ring.
+    """Fill the tables of Klincsek's algorithm and return the best value of tets that fill the whole ring.
 
-    best[i, k]: best value of tets on the ring's part i..k, -INVERTED if no tets with qualities over the
-    limit fill it; split[i, k]: apex of the triangle on i, k. ends: end nodes of the ring's edge.
+    The algorithm finds the best triangulation of the ring's nodes by dynamic programming; each triangle
+    makes one tet with each end of the edge, `ends`. work.best[i, k]: best value of tets on the nodes i to
+    k, -INVERTED if no tets with qualities over the limit fill them; work.split[i, k]: third node of the
+    triangle on i and k.
     """
     a, b = ends
     ring, best, split = work.ring, work.best, work.split
@@ -73,7 +76,10 @@ def _best_triangulation(points, ends, count, aim, limit, work):
 
 @lean_kernel
 def _list_triangulation(points, ends, count, measure, work):
-    """Write the tets of the triangulation in `work.split`, with qualities; return their number."""
+    """Write the tets of the triangulation in work.split, and their qualities, to work.new and new_quality.
+
+    Return the number of tets. ends: the nodes of the edge that is removed.
+    """
     a, b = ends
     ring, split, stack, new, new_quality = work.ring, work.split, work.stack, work.new, work.new_quality
     stack[0, 0], stack[0, 1] = 0, count - 1
@@ -98,9 +104,9 @@ def _list_triangulation(points, ends, count, measure, work):
 
 @lean_kernel
 def remove_edge(state, t, edge, aim, work):
-    """Remove an interior edge of tet t by the best triangulation of its ring (Klincsek), if that helps.
+    """Remove an edge of tet t by the best triangulation of its ring, if the value rises enough.
 
-    Return whether the edge was removed.
+    Return whether the edge was removed. Edges on surface and crack, and with too large rings, stay.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or (aim.objective == RATIOS and count > RATIOS_RING) or not has_room(state):
@@ -117,7 +123,10 @@ def remove_edge(state, t, edge, aim, work):
 
 @lean_kernel
 def remove_face(state, t, k, aim, work):
-    """Replace the two tets at the face opposite corner k of t by three, if that helps; return whether."""
+    """Replace the two tets at the face opposite corner k of tet t by three around a new edge.
+
+    Return whether this was done: the value must rise by the aim's gain, and the face be no facet.
+    """
     tets, new = state.tets, work.new
     r = node_across(state, t, k)
     if r < 0 or not has_room(state):
@@ -148,9 +157,10 @@ def _distance(points, a, b):
 
 @lean_kernel
 def _list_contraction(state, v, w, count, measure, limit, work):
-    """Write the tets that join the outer faces of v's star (`work.star[:count]`) to w; return their number.
+    """Write to work.new the tets that remain when v merges into w; return their number.
 
-    The number is -1 if a new quality does not exceed the limit, or a new edge is too long.
+    They join the outer faces of v's tets, work.star[:count], to w. The number is -1 if a new quality does
+    not exceed the limit, or a new edge is longer than LONGEST target lengths.
     """
     points, tets, size = state.points, state.tets, state.size
     made = 0
@@ -175,7 +185,7 @@ def _list_contraction(state, v, w, count, measure, limit, work):
 
 @lean_kernel
 def _list_neighbours(state, v, count, work):
-    """Write the neighbours of v, from its star `work.star[:count]`, to `work.keys`; return their number."""
+    """Write the points joined to v by tets work.star[:count] to work.keys[:, 0]; return their number."""
     found = 0
     for i in range(count):
         for k in range(4):
@@ -191,7 +201,10 @@ def _list_neighbours(state, v, count, work):
 
 @lean_kernel
 def contract(state, v, aim, work):
-    """Contract the interior point v to its best neighbour, if the value rises; return whether it did."""
+    """Merge the interior point v into its best neighbour, if the value rises by more than the aim's gain.
+
+    Return whether it was merged; surface points never are.
+    """
     if v < len(state.reach) - 1:
         return False
     count = find_star(state, v, work.star)
@@ -216,7 +229,10 @@ def contract(state, v, aim, work):
 
 @lean_kernel
 def _ring_faces(state, t, edge, count, work):
-    """Write the outer faces of the ring, `work.ring[:count]`, of an edge of tet t; return their number."""
+    """Write to work.faces the outer faces of the tets around an edge of tet t; return their number.
+
+    work.ring[:count] has the nodes around the edge.
+    """
     faces, a, b = work.faces, state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
     for i in range(count):
         c, d = work.ring[i], work.ring[(i + 1) % count]
@@ -244,9 +260,10 @@ def _add_apex(state, cone, place, size, work):
 
 @lean_kernel
 def insert_on_edge(state, t, edge, aim, work):
-    """Insert a point in the ring of an interior edge of tet t, if the value rises; return its id or -1.
+    """Replace the tets around an edge of tet t by tets at a new point, if the value rises enough.
 
-    The point's position is found by a search from the edge's midpoint.
+    Return the point's id, or -1 if none was inserted. Its position is found by a search from the edge's
+    midpoint. The smallest rise is INSERTION_GAIN of the objective, not the aim's gain.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or not has_room(state):

@@ -1,4 +1,7 @@
-"""Passes of the tetrahedral optimiser over many points or tets; `work.done` counts the operations."""
+"""Passes of the tetrahedral optimiser over many points or tets; work.done counts the operations.
+
+The aim has the objective, whose value each change must raise, and the floor, a quality (`tet_objective`).
+"""
 
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS, TETS, list_stars
@@ -12,7 +15,7 @@ MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(len(KINDS)
 
 @lean_kernel
 def smooth_pass(state, aim, selected, work):
-    """Move each selected point once to raise its worst quality."""
+    """Try to move each selected point once to raise the value of its tets; selected (n,): mask."""
     for v in range(state.counts[POINTS]):
         if selected[v] and not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[MOVES] += move_point(state, v, aim, work)
@@ -20,7 +23,10 @@ def smooth_pass(state, aim, selected, work):
 
 @lean_kernel
 def aspect_pass(state, aim, stars, work):
-    """Move each point once to lower the mean aspect ratio; stars: see `list_stars`, which this fills."""
+    """Try to move each point that is not frozen once, to lower the mean aspect ratio of its tets.
+
+    stars: work arrays (n + 1,) and (4 t,) for the corners at each point, which this fills (`list_stars`).
+    """
     first, corners = stars
     list_stars(state.tets, state.counts[TETS], state.frozen, first, corners)
     for v in range(state.counts[POINTS]):
@@ -30,7 +36,7 @@ def aspect_pass(state, aim, stars, work):
 
 @lean_kernel
 def swap_pass(state, aim, order, work):
-    """Remove an edge of each live tet in `order`, if that raises the aim's value."""
+    """Remove one edge of each live tet in `order`, the first of its six whose removal raises the value."""
     for t in order:
         if state.tets[t, 0] >= 0:
             _remove_an_edge(state, t, aim, work)
@@ -38,7 +44,7 @@ def swap_pass(state, aim, order, work):
 
 @lean_kernel
 def contraction_pass(state, aim, order, work):
-    """Contract each interior point in `order`, if that raises the aim's value."""
+    """Merge each interior point in `order` into a neighbour, if that raises the aim's value."""
     for v in order:
         if not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[CONTRACTIONS] += contract(state, v, aim, work)
@@ -67,7 +73,10 @@ def _swap(state, t, aim, work):
 
 @lean_kernel
 def _move(state, t, aim, work):
-    """Move corners of tet t until it exceeds the floor (FAULTS: until one moves); return success."""
+    """Move corners of tet t until its quality reaches the aim's floor (for FAULTS: until one moves).
+
+    Return whether that was reached.
+    """
     for k in range(4):
         v = work.corners[k]
         if not state.frozen[v] and move_point(state, v, aim, work):
@@ -79,7 +88,7 @@ def _move(state, t, aim, work):
 
 @lean_kernel
 def _contract_any(state, aim, work):
-    """Contract an interior corner of the tet `work.corners`; return whether one was contracted."""
+    """Merge an interior node of work.corners into a neighbour; return whether one was merged."""
     for k in range(4):
         if not state.frozen[work.corners[k]] and contract(state, work.corners[k], aim, work):
             work.done[CONTRACTIONS] += 1
@@ -100,7 +109,10 @@ def _insert_any(state, t, aim, work):
 
 @lean_kernel
 def improve(state, t, aim, inserts, work):
-    """Improve tet t or its neighbours by the first operation that succeeds; return whether one did."""
+    """Improve tet t or its neighbours by the first operation that succeeds; return whether one did.
+
+    The order is removal of an edge, removal of a face, moves, contraction, and insertion if `inserts`.
+    """
     for k in range(4):
         work.corners[k] = state.tets[t, k]
     return (

@@ -17,10 +17,11 @@ FLAT = 1e-9
 ROOT2 = np.sqrt(2.0)
 # Aspect ratio above which a tet counts as stretched.
 STRETCHED = 5.0
-# Quality by SOUND or FORM below which a tet counts as poor: a little over sin 10 deg, .1736, and half of
-# sin 160 deg, .1710. A better tet is not poor by `mesh/shape_measures`, and by SOUND it is not STRETCHED.
+# Quality by SOUND or FORM below which a tet counts as poor. It is a little over sin 10 deg, .1736, and over
+# half of sin 160 deg, .1710. A tet of higher quality by FORM is not poor by `mesh/shape_measures`; one of
+# higher quality by SOUND does not exceed the aspect ratio STRETCHED.
 POOR = 0.174
-# Quality by FORM, a little over sin 15 deg, from which on dihedral angles lie in 15..149 degrees.
+# Quality by FORM, a little over sin 15 deg, from which all dihedral angles lie in 15..149 degrees.
 WIDE = 0.26
 RATIO_SCALE, FACTOR_SCALE = POOR * STRETCHED, POOR / LEAST_SHAPE_FACTOR
 # The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.
@@ -31,7 +32,8 @@ FACTOR_OF_FOURTH = 27.0 / (24.0 * 8.0 * np.sqrt(3.0))
 def _sine(volume6, length2, area_i, area_j, cosine):
     """Return the sine of the dihedral angle at an edge; half the sine if the angle is obtuse.
 
-    cosine: product of the outward normals, negative for an acute angle.
+    length2: the edge's squared length; area_i, area_j: twice the areas of its two faces; cosine: product of
+    their outward normals, negative for an acute angle.
     """
     sine = volume6 * np.sqrt(length2) / (area_i * area_j)
     return sine if cosine < 0.0 else 0.5 * sine
@@ -39,9 +41,9 @@ def _sine(volume6, length2, area_i, area_j, cosine):
 
 @lean_kernel
 def _shape_factor(volume6, products):
-    """Return the volume divided by the regular tet's with the same circumsphere.
+    """Return the shape factor: the volume divided by the regular tet's with the same circumsphere.
 
-    products: products of the squared lengths of opposite edges.
+    volume6: six times the volume; products (3): products of the squared lengths of opposite edges.
     """
     x, y, z = np.sqrt(products[0]), np.sqrt(products[1]), np.sqrt(products[2])
     # 24 R V, squared (Crelle's formula)
@@ -115,7 +117,7 @@ def _area2(x, y, z):
 
 @lean_kernel
 def aspect_ratio_over(points, a, b, c, x, y, z, floor):
-    """Return the aspect ratio l_max / h_min of the tet a, b, c, (x, y, z).
+    """Return the aspect ratio of the tet a, b, c, (x, y, z): longest edge over smallest altitude.
 
     The ratio is INVERTED if the volume-length quality is not over `floor`.
     """
@@ -148,7 +150,7 @@ def aspect_ratio_of(points, a, b, c, d):
 
 @lean_kernel
 def all_qualities(points, tets, count, quality, measure):
-    """Write the qualities of the live tets among the first `count` (dead ones have corner -1)."""
+    """Write the qualities of the live tets among the first `count`; dead tets have first corner -1."""
     for t in range(count):
         if tets[t, 0] >= 0:
             quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)

@@ -1,8 +1,8 @@
 """Aspect ratios of the tets that join one point to given faces, many tets at a time.
 
-Quantities that do not depend on the point are in a table with a column for each face, so that the loop over
-faces is vectorised. The areas of the other faces follow from squared edge lengths. For 24 tets a sum takes
-32 ns, a loop over `aspect_ratio_at` 280 ns.
+Quantities that do not depend on the point, the apex, are in a table with a column for each face, so that
+the loop over faces is vectorised. The areas of the other faces follow from squared edge lengths. For 24
+tets a sum takes 32 ns, but a loop over `aspect_ratio_at` 280 ns.
 """
 
 from collections import namedtuple
@@ -15,7 +15,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import INVERTED
 # The first `count` columns of a table (TABLE_ROWS, f), a work array for their values, and the volume-length
 # quality, at least FLAT, that a tet must exceed.
 RatioCone = namedtuple("RatioCone", "table values count limit")
-# What a loop computes at once, at least.
+# Smallest number of columns that a vectorised loop computes at once.
 LANES = 8
 # Rows of a table: the corners and the normal of a face a, b, c (three rows each), the squares of its edges,
 # of its normal, and of its longest edge.
@@ -24,15 +24,19 @@ A, B, C, NORMAL, AB2, BC2, CA2, NORMAL2, LONGEST2, TABLE_ROWS = 0, 3, 6, 9, 12, 
 
 @lean_kernel
 def filled(count):
-    """Return the number of columns, count or more, that vectors fill: the rest of a loop costs as much."""
+    """Return `count` rounded up to a multiple of LANES.
+
+    A vectorised loop takes as long for the rest of a vector as for a full one.
+    """
     return (count + LANES - 1) // LANES * LANES
 
 
 @lean_kernel
 def fill_table(points, faces, count, table):
-    """Fill the table (TABLE_ROWS, f) for the first `count` faces (f, 3), each positive with the apex.
+    """Fill the table (TABLE_ROWS, f) for the first `count` faces (f, 3).
 
-    The columns from there to `filled(count)` repeat the column of the last face.
+    Each tet of face and apex must have a positive volume. Columns from `count` to `filled(count)` repeat
+    the last face, so that whole vectors hold valid numbers; sums leave them out.
     """
     for i in range(count):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
@@ -54,7 +58,10 @@ def fill_table(points, faces, count, table):
 
 @vector_kernel
 def _fill_ratios(table, ratios, count, limit, x, y, z):
-    """Write the aspect ratios l_max / h_min of the tets with apex (x, y, z), INVERTED under the limit."""
+    """Write the aspect ratios of the tets with apex (x, y, z).
+
+    A ratio is INVERTED if the tet's volume-length quality is not over `limit`.
+    """
     for i in range(count):
         ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
         vx, vy, vz = table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z
@@ -75,7 +82,10 @@ def _fill_ratios(table, ratios, count, limit, x, y, z):
 
 @lean_kernel
 def ratio_sum(cone, x, y, z):
-    """Return the sum of the cone's aspect ratios from (x, y, z), >= INVERTED with a tet under the limit."""
+    """Return the sum of the aspect ratios of the cone's tets with the apex at (x, y, z).
+
+    It is INVERTED or more if a tet's volume-length quality is not over cone.limit.
+    """
     _fill_ratios(cone.table, cone.values, filled(cone.count), cone.limit, x, y, z)
     total = 0.0
     for i in range(cone.count):

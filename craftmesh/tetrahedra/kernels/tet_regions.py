@@ -8,7 +8,7 @@ from craftmesh.tetrahedra.kernels.tet_cavity import facet_at
 def find_facets(tets, facets, count, facet):
     """Write to `facet` (m, 4) the row of the facet on the face opposite each corner, -1 for none.
 
-    facets (f, 3): sorted triples in lexicographic order, of node ids under `count`.
+    facets (f, 3): node ids, all under `count`, as sorted triples in lexicographic order.
     """
     for t in range(len(tets)):
         for k in range(4):
@@ -20,9 +20,10 @@ def find_facets(tets, facets, count, facet):
 
 @lean_kernel
 def part_regions(neighbours, facet, region, stack):
-    """Write the region (m,) of each tet, numbered by their first tets; return the number of regions.
+    """Write the number (m,) of each tet's region; return the number of regions.
 
-    facet (m, 4): >= 0 on faces that separate regions. stack (m,): work array.
+    Regions are numbered in the order of their first tets. facet (m, 4): >= 0 on faces that separate
+    regions; stack (m,): work array.
     """
     region[:] = -1
     count = 0

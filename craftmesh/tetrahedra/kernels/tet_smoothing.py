@@ -1,4 +1,8 @@
-"""Moves of points inside grains and on boundaries, for worst quality, aspect ratios or fault weight."""
+"""Moves of points inside grains and on boundaries, for worst quality, aspect ratios or fault weight.
+
+A point stays within `reach` of its `home` and moves along the rows of `ways` (3, 3), its bounds in the
+state. The star of a point is the set of tets with this corner.
+"""
 
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.rounding import ROUNDING
@@ -8,21 +12,23 @@ from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, fault
 from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, POOR, VOLUME_LENGTH, WIDE, quality_of
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
 
-# Search for a lower aspect ratio: first step in target lengths, halved each iteration; iterations; most
-# steps to the minimum of a parabola through three points. 190,000 tets of 24 grains end with a mean of
-# 1.6817; with steps of .05 with 1.6823, with one iteration 1.6857, with at most one step 1.6828.
+# Search for a lower aspect ratio: first step in target lengths, halved each iteration; number of
+# iterations; largest move to the minimum of a parabola through three points, in steps. 190,000 tets of 24
+# grains end with a mean aspect ratio of 1.6817; with a first step of .05 it is 1.6823, with one iteration
+# 1.6857, with moves of at most one step 1.6828.
 PATTERN_STEP = 0.08
 PATTERN_ROUNDS = 2
 MOST_STEPS = 2.0
-# Quality by WHOLE to which the worst tet may fall: such tets are not under WIDE by FORM and weigh nothing.
+# Quality by WHOLE to which the worst tet may fall: such tets are not under WIDE by FORM, and their fault
+# weight is 0.
 FREE_FROM = POOR + WIDE
 
 
 @lean_kernel
 def _put_at(state, v, place, count, measure, limit, work):
-    """Move point v to `place` and update the qualities of its star `work.star[:count]`; return True.
+    """Move point v to `place` and update the qualities of its tets work.star[:count]; return True.
 
-    If a quality would not exceed the limit, v stays and the result is False.
+    If a quality would not exceed `limit`, v stays and the result is False.
     """
     points, tets = state.points, state.tets
     before = (points[v, 0], points[v, 1], points[v, 2])
@@ -86,7 +92,8 @@ def _pattern_search(ratios, place, best, ways, step, home, reach):
 def smooth_aspect(state, v, stars, aim, work):
     """Move point v, within its bounds, if the mean aspect ratio of its tets falls; return whether it moved.
 
-    The worst quality does not fall below the minimum of itself and `aim.floor`. stars: see `list_stars`.
+    No quality of these tets falls below aim.floor, or below their worst one before if that is less. stars:
+    the corners at each point, from `list_stars`.
     """
     count = listed_star(state.tets, stars, v, work)
     if count == 0:

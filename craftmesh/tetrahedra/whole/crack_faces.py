@@ -1,4 +1,7 @@
-"""Recovery of the crack in a mesh that keeps it only within an envelope."""
+"""Recovery of the crack in a mesh that keeps it only within an envelope, a largest distance.
+
+A half face is a face of one tet: number 4 * tet + k for the face opposite its corner k.
+"""
 
 import numpy as np
 
@@ -20,8 +23,8 @@ AREA_TOLERANCE = 0.03
 FRONT_TOLERANCE = 0.1
 # Largest distance of the front from the input's front, in median front edges.
 OFF_TOLERANCE = 0.5
-# Fractions of the move to the front that a rim point tries, and smallest fraction of volume that a tet
-# keeps.
+# Fractions of the move to the given front that are tried in turn at a point of the new front, and smallest
+# fraction of its volume that a tet keeps in the move.
 STEPS = (1.0, 0.75, 0.5, 0.25)
 LEAST_VOLUME = 0.1
 # Height of the fins along the front, in target lengths.
@@ -31,11 +34,11 @@ FIN_HEIGHT = 0.7
 def crack_half_faces(
     surface: Surface, points: np.ndarray, tets: np.ndarray, pairs: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Return half faces (c,) of the tets ahead of the crack that form the crack in a mesh.
+    """Return the half faces (c,) that form the crack in a mesh, of the tets ahead of it.
 
-    pairs (p, 2): half faces that coincide, within the material. A face belongs to the crack if its
-    corners and centroid are within `reach` of the surface's crack facets and its two tets lie on
-    different sides of these facets.
+    pairs (p, 2): coincident half faces between tets of the material. A face belongs to the crack if its
+    corners and centroid are within `reach` of the crack facets of the input `surface`, and the centroids of
+    its two tets lie on different sides of these facets.
     """
     crack = surface.facets[surface.kind == CRACK].astype(np.int64)
     if not len(crack) or not len(pairs):
@@ -55,10 +58,10 @@ def crack_half_faces(
 
 
 def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the surface's points and facets with fins along the front, perpendicular to the crack.
+    """Return the surface's points and facets, and fins along the front: facets perpendicular to the crack.
 
-    Fins keep the front in place, because the mesher lets open rims of a surface recede. lengths (n,):
-    target lengths at the surface's points; the fins are FIN_HEIGHT times as high.
+    Fins keep the front in place, because the mesher lets the free border of a surface recede. lengths (n,):
+    target lengths at the surface's points; a fin is FIN_HEIGHT times as high on both sides of the crack.
     """
     points, facets = surface.points, surface.facets.astype(np.int64)
     front = front_edges(surface)
@@ -82,8 +85,8 @@ def move_front_onto(
 ) -> np.ndarray:
     """Return points with the front of the crack facets (c, 3) moved onto the front of the input surface.
 
-    free (f, 3): facets on free surfaces, whose points stay. A point moves so far that its tets keep more
-    than a tenth of their volumes.
+    free (f, 3): facets on free surfaces, whose points stay. A point moves by the largest of four fractions
+    of its way (STEPS) at which each of its tets keeps more than a tenth of its volume, or stays.
     """
     front = front_edges(surface)
     rim = np.setdiff1d(front_of(crack, free), free)
@@ -105,10 +108,10 @@ def move_front_onto(
 
 
 def recovery_of_crack(before: Surface, after: Surface) -> dict:
-    """Return areas, front lengths and the front's distance; raise CraftmeshError if a part is missing.
+    """Return areas and front lengths of the crack before and after, and how far the new front is off.
 
-    The area must agree to 3 %, the front length to 10 %, and the front must lie within half a median front
-    edge of the input's front.
+    Raises CraftmeshError if a part is missing: the area must agree to 3 %, the front length to 10 %, and
+    the new front must lie within half the median front edge of the input's front.
     """
     areas, fronts = zip(*(_area_and_front(surface) for surface in (before, after)))
     lengths = [edge_lengths(s.points, edges) for s, edges in zip((before, after), fronts)]
@@ -130,9 +133,9 @@ def recovery_of_crack(before: Surface, after: Surface) -> dict:
     if lost or off > OFF_TOLERANCE * np.median(lengths[0] if len(lengths[0]) else 0.0):
         raise CraftmeshError(
             f"the mesh of the whole model keeps {areas[1]:.6g} of the crack's area {areas[0]:.6g} and "
-            f"{lengths[1].sum():.6g} of its front's length {lengths[0].sum():.6g}, up to {off:.3g} off: no "
-            "mesh with a damaged crack is written; repair the surface where grains failed, or use a "
-            "smaller envelope"
+            f"{lengths[1].sum():.6g} of the front's length {lengths[0].sum():.6g}, and its front is up to "
+            f"{off:.3g} away from the given front; no mesh with a damaged crack is written: repair the "
+            "surface where grains failed, or use a smaller envelope"
         )
     return report
 

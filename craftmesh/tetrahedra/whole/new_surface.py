@@ -16,7 +16,8 @@ from craftmesh.surface.patches import PLANES
 from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, move_front_onto
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
-# Most rounds of splits: the crack is found again in the split mesh and may have other facets there.
+# Most rounds of splits. After each round the crack is found again and may have other facets, with new ears
+# (inner crack edges between two front points).
 MAX_SPLITS = 5
 
 
@@ -25,8 +26,9 @@ def move_onto_planes(
 ) -> tuple[np.ndarray, np.ndarray, dict]:
     """Return points with outer faces exactly on box planes, labels (t,), and a report.
 
-    Points of faces between material and outside move by at most `reach`, along the axes of nearby planes.
-    Tets that become flat on a plane get the label 0. Raises CraftmeshError if a tet would be inverted.
+    Points of faces between material and outside move onto box planes within `reach` of them, along the
+    planes' normals. Tets that become flat on a plane get the label 0. The report has the number of points
+    moved and their largest move. Raises CraftmeshError if another tet of a grain becomes flat or inverted.
     """
     groups = group_triples(half_faces(tets))
     outside = _sides_of(groups, labels)
@@ -43,8 +45,8 @@ def move_onto_planes(
     turned = (tet_volumes(moved, tets) <= 0) & (labels > 0)
     if turned.any():
         raise CraftmeshError(
-            f"{turned.sum()} tetrahedra of grain {labels[turned][0]} turn over when the mesh of the whole "
-            "model is put on the box's planes; use a smaller envelope"
+            f"{turned.sum()} tetrahedra (the first in grain {labels[turned][0]}) turn over when the mesh "
+            "of the whole model is put on the planes of the box; use a smaller envelope"
         )
     off = np.abs(moved - points).max(axis=1)
     report = {"points_put_on_planes": int((off > 0).sum()), "largest_move": float(off.max(initial=0.0))}
@@ -56,7 +58,8 @@ def settle_crack(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points, tets and labels with the crack's ears split and its front moved onto the given front.
 
-    Without ears, all facets of the crack can open.
+    An ear is an inner crack edge between two front points; without ears, all facets of the crack can open.
+    After MAX_SPLITS rounds ears may remain. reach: largest distance of crack faces from the given crack.
     """
     for _ in range(MAX_SPLITS):
         crack, free = _crack_facets(surface, points, tets, labels, reach)
@@ -97,10 +100,10 @@ def _split(
 def model_of(
     surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
 ) -> tuple[Surface, list[GrainTets]]:
-    """Return the surface between the labels (t,) of a mesh, its crack included, and each grain's tets.
+    """Return the surface of a mesh with labels (t,), its crack included, and the tets of each grain.
 
-    Facets are the faces between two labels, the faces on box planes, and the crack's faces, which
-    lie within `reach` of the crack facets of the input `surface`.
+    Facets are the faces between two labels, also between a grain and the outside, and the crack's faces,
+    which lie within `reach` of the crack facets of the input `surface`.
     """
     groups = group_triples(half_faces(tets))
     pairs = groups.pairs
@@ -115,7 +118,7 @@ def model_of(
     lead = lead[~is_crack[lead]]
     across = np.where(partner[lead] >= 0, labels[partner[lead] // 4], 0)
     bounds = (labels[lead // 4] != across) & ((labels[lead // 4] > 0) | (across > 0))
-    # a face's normal points into its own tet, which is thus ahead of it
+    # the normal of a half face points into its own tet, so this tet is ahead
     rows = np.concatenate([lead[bounds], crack])
     behind = np.where(partner[rows] >= 0, labels[partner[rows] // 4], 0)
     facets, sides = half_face_corners(tets, rows), np.stack([behind, labels[rows // 4]], axis=1)
@@ -127,7 +130,7 @@ def model_of(
 
 
 def box_levels(surface: Surface) -> dict[int, tuple[int, float]]:
-    """Return (axis, coordinate) by box plane 1..6, for planes with facets."""
+    """Return a dict of box plane (kind 1 to 6) to its axis and coordinate, for planes that have facets."""
     levels = {}
     for plane, axis, _ in PLANES:
         facets = surface.facets[surface.kind == plane]
@@ -155,7 +158,10 @@ def _kinds(surface: Surface, points: np.ndarray, facets: np.ndarray, sides: np.n
 def _grain_tets(
     points: np.ndarray, tets: np.ndarray, labels: np.ndarray, nodes: np.ndarray
 ) -> list[GrainTets]:
-    """Return each grain's tets; nodes (s,): the mesh's points that are points of the surface."""
+    """Return each grain's tets, by ascending grain id.
+
+    nodes (s,): ids in the mesh of the surface's points, in their order.
+    """
     on_surface = np.full(len(points), -1, np.int64)
     on_surface[nodes] = np.arange(len(nodes))
     result = []

@@ -31,9 +31,9 @@ STOP_ENERGY = 10.0
 
 @dataclass(frozen=True)
 class TetWildTask:
-    """Facets (m, 3) on points to mesh, with target edge lengths (b,) on the points of background tets.
+    """Facets (m, 3) on points, to be meshed, with target edge lengths (b,) at points of a background mesh.
 
-    envelope: largest distance of the mesh's facets from those given, in model units.
+    envelope: largest distance of the mesh's facets from the given facets, in model units.
     """
 
     points: np.ndarray
@@ -45,10 +45,11 @@ class TetWildTask:
 
 
 def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) that fill a box around the facets and conform to them; for a worker process.
+    """Return (points, tets) that fill a box around the facets and conform to them within the envelope.
 
-    The tets (t, 4) int64 have volumes >= 0. The result does not tell which of their faces lie on the
-    facets. pytetwild uses random numbers that cannot be seeded, so two meshes of the same input differ.
+    This runs in a worker process. The tets (t, 4) int64 have volumes >= 0. The result does not tell which
+    of their faces lie on the facets. pytetwild uses random numbers that cannot be seeded, so two meshes of
+    the same input differ. Raises MesherRefusal if pytetwild makes no tets.
     """
     with extra("tetwild"):
         import pytetwild
@@ -76,9 +77,9 @@ def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
 
 # Number of background lattice points along the longest side of the box.
 LATTICE = 20
-# Distance, in envelopes, within which faces belong to a box plane or to the crack.
+# Largest distance of faces from a box plane or crack that they belong to, relative to the envelope.
 REACH = 1.2
-# Envelopes that are tried in turn, as fractions of the option.
+# Envelopes that are tried in turn, relative to the option `envelope`.
 ENVELOPES = (1.0, 0.5)
 
 
@@ -120,9 +121,10 @@ def mesh_whole_model(
 def _found_again(
     surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
 ) -> tuple[Surface, list[GrainTets], dict]:
-    """Return the surface, the grains' tets and a report on their fit from pytetwild's mesh.
+    """Return the surface, the grains' tets and a report on their fit, from pytetwild's points and tets.
 
-    envelope: in model units. Raises CraftmeshError if a grain is lost, or as the functions it calls.
+    envelope: in model units. Raises CraftmeshError if a grain or void is lost, if tets turn over on box
+    planes, or if the crack is damaged.
     """
     reach = REACH * envelope
     labels = labels_at(points[tets].mean(axis=1), surface.points, surface.facets, surface.sides)
@@ -183,7 +185,7 @@ def _drift(before: Surface, after: Surface) -> dict:
 
 
 def _optimised(surface: Surface, grain_tets: list[GrainTets], sizing: Lengths) -> list[GrainTets]:
-    """Return optimised tets of each grain on the same surface."""
+    """Return the tets of each grain after `optimise_tets`, on the same surface."""
     result = []
     for one, bounds in zip(grain_tets, grain_surfaces(surface)):
         local = np.full(len(surface.points), -1, np.int64)
