@@ -54,7 +54,10 @@ ERROR = "craftmesh: error: "
 
 
 class Cost(NamedTuple):
-    """Cost of a stage's jobs: their number, wall and CPU seconds, the longest's seconds, largest MB."""
+    """Cost of all jobs of a stage in a case.
+
+    seconds: wall time; longest: wall seconds of the longest job; memory: MB of the largest job.
+    """
 
     stage: str
     jobs: int
@@ -67,8 +70,8 @@ class Cost(NamedTuple):
 def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
     """Return the costs of a case's stages, in the order in which they run, from its benchmark `folder`.
 
-    increments: names of the increments to include. Files without the needed columns, from other versions
-    of Snakemake, are left out.
+    increments: names of the increments to include; jobs before the increments are always included. Files
+    without the needed columns, from other versions of Snakemake, are left out. Unknown stages are last.
     """
     found: dict[str, list[dict[str, float]]] = {}
     for increment, stage, _, row in job_costs(folder):
@@ -90,7 +93,11 @@ def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
 
 
 def job_costs(folder: Path) -> Iterator[tuple[str, str, float, dict[str, float]]]:
-    """Yield increment ("" for none), stage, part of the stage's work and costs of each job."""
+    """Yield for each job: increment ("" for none), subcommand, fraction of the stage's work, and costs.
+
+    The fraction is 1 / n for one of n chunks of grains. The costs are a dict of s (wall seconds), cpu_time
+    (seconds) and max_rss (MB). folder: the case's folder of benchmark files.
+    """
     for path in sorted(folder.rglob("*.tsv")):
         *places, name = path.relative_to(folder).with_suffix("").parts
         part = 1 / int(name.rpartition("-of-")[2]) if len(places) > 1 else 1.0
@@ -100,7 +107,10 @@ def job_costs(folder: Path) -> Iterator[tuple[str, str, float, dict[str, float]]
 
 
 def _rows(path: Path) -> Iterator[dict[str, float]]:
-    """Yield the numbers of each run in a benchmark file; the memory of very short jobs is 0."""
+    """Yield s, cpu_time and max_rss of each run in a benchmark file; numbers not measured are 0.
+
+    Very short jobs have no measured memory.
+    """
     with open(path, newline="", encoding="utf-8") as stream:
         for row in csv.DictReader(stream, delimiter="\t"):
             if {"s", "cpu_time", "max_rss"} <= row.keys():
@@ -118,11 +128,11 @@ def _number(text: str | None) -> float:
 class Increment:
     """The results of an increment, from its files; None or empty if a file does not exist.
 
-    quality: quality.json; lengths: of Eq. 3 by name; front: columns of sif.csv; growth: growth.json; crack:
-    crack.vtp; size: crack size in fracture.json; reaction: half the sum of the reactions' absolute values,
-    along the axis where this is largest; history: as in `Solution`; at_fronts: entries "front ..." of the
-    record of the solution; pictures: .svg by name; opened: opened.webp; scene: scene.json; digests: SHA-256
-    of files by name.
+    quality: quality.json; lengths: of the sizing function (paper, Eq. 3) by name (SIZES); front: columns of
+    sif.csv; growth: growth.json; crack: crack.vtp; size: crack size in fracture.json; reaction: half the
+    sum of the reactions' absolute values, along the axis where this is largest; history: columns of the
+    load history, as in `Solution`; at_fronts: entries "front ..." of the solution's record; pictures: .svg
+    texts by name; opened: opened.webp; scene: scene.json; digests: SHA-256 of files by name.
     """
 
     name: str
@@ -143,7 +153,11 @@ class Increment:
 
 @dataclass(frozen=True)
 class Case:
-    """A case. record: case.json; imported: import.json; crystals: by phase; digests: SHA-256 of files."""
+    """A case and its increments.
+
+    record: case.json; imported: import.json, {} if it does not exist; crystals: by phase number; digests:
+    SHA-256 of files by name; costs: by stage.
+    """
 
     name: str
     record: Mapping[str, Any]
@@ -160,7 +174,7 @@ def read_cases(results: Path) -> list[Case]:
 
 
 def read_case(folder: Path) -> Case:
-    """Return the case in a folder with those increments of its record that have a quality.json.
+    """Return the case in a folder, with its increments up to the first that has no quality.json.
 
     Increments after the one in which the crack stopped are from an earlier run, and are left out. Raises
     CraftmeshError for files that cannot be read.
@@ -187,12 +201,15 @@ def read_case(folder: Path) -> Case:
 
 
 def has_ended(record: Mapping[str, Any], increment: Increment) -> bool:
-    """Return True if the crack of a case, with this `record`, stops after the increment."""
+    """Return True if the crack of a case stops after the increment; False if the crack is prescribed.
+
+    record: of the case, case.json.
+    """
     return record["growth"] != "prescribed" and bool(increment.growth and increment.growth["ended"])
 
 
 def is_complete(case: Case) -> bool:
-    """Return True if a case has all increments of its record, or those up to the end of its crack."""
+    """Return True if a case has all increments of its record, or all up to where its crack stops."""
     done = case.increments
     return len(done) == case.record["increments"] or bool(done and has_ended(case.record, done[-1]))
 
@@ -225,7 +242,10 @@ def _increment(folder: Path) -> Increment:
 
 
 def front_with_flags(path: Path) -> dict[str, np.ndarray] | None:
-    """Return the columns of a sif.csv; None if the file does not exist or has no rows (no front left)."""
+    """Return the columns of a sif.csv; None if the file does not exist or has no rows (no front left).
+
+    Without a column flags, it is added with empty words.
+    """
     table = front_table(path) if path.is_file() else None
     if table is None or not table.rows:
         return None
@@ -254,7 +274,11 @@ def versions() -> dict[str, str]:
 
 
 class Failure(NamedTuple):
-    """A failure of an incomplete case: the log that ends in an error, and its last line; log may be ""."""
+    """A failure of an incomplete case.
+
+    log: path of a log that ends in an error, relative to the folder of logs, "" if there is none; line: its
+    last line, without the prefix ERROR.
+    """
 
     case: str
     log: str
@@ -262,9 +286,9 @@ class Failure(NamedTuple):
 
 
 def failures(case: Case, results: Path) -> list[Failure]:
-    """Return the errors at the ends of a case's logs, if increments of its record are missing; else [].
+    """Return the errors at the ends of an incomplete case's logs; [] if the case is complete.
 
-    If no log ends in an error, there is one entry that says so: jobs wait, run or were killed.
+    If no log ends in an error, one entry says so: the jobs wait, run or were killed.
     """
     if is_complete(case):
         return []
@@ -273,9 +297,10 @@ def failures(case: Case, results: Path) -> list[Failure]:
 
 
 def log_errors(results: Path, case: str, since: float = 0.0) -> list[Failure]:
-    """Return the errors at the ends of a case's logs that are not older than `since` (epoch seconds).
+    """Return the errors at the ends of a case's logs, one per log that ends in an error.
 
-    Each job overwrites its log, so a stage that succeeded later has no error.
+    Logs last changed before `since` (seconds since 1970) are left out. Each job overwrites its log, so a
+    stage that succeeded later has no error.
     """
     logs = results / "logs"
     found = [(path, last_line(path)) for path in sorted((logs / case).rglob("*.log"))]
@@ -295,13 +320,14 @@ def last_line(path: Path) -> str:
 def write_records(results: Path, asked: Mapping[str, Any], campaign: str = "the campaign") -> None:
     """Write a record (RECORD) with configuration and versions into the folder of each case of a campaign.
 
-    asked: the keys campaign, config and cases, from the workflow; campaign: name for messages. Records of
-    the campaign's cases that are no longer in its case table are removed.
+    asked: a mapping with the keys campaign, config and cases, as the workflow writes it; campaign: name for
+    messages. Deletes the records of cases of this campaign that are no longer in its case table. Raises
+    CraftmeshError if a key is missing.
     """
     if not {"campaign", "config", "cases"} <= asked.keys():
         raise CraftmeshError(
-            f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
-            " workflow writes them; leave --campaign out for cases that have been reported before"
+            f"{campaign}: has the keys {', '.join(asked) or 'none'}; expected campaign, config and cases,"
+            " as the workflow writes them; leave --campaign out for cases that have been reported before"
         )
     for path in results.glob(f"*/{RECORD}"):  # for cases that are no longer in the table
         if path.parent.name not in asked["cases"] and read_json(path).get("campaign") == asked["campaign"]:

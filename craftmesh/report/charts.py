@@ -1,8 +1,10 @@
-"""Charts: histograms of element quality, quantities against element size with convergence, growth, loops.
+"""Charts of the report: element quality, convergence with element size, growth, and load histories.
 
-Convergence is judged as in the paper (section 3). The converged size is the coarsest for which it and every
-finer size give the quantity within a tolerance of its value at the finest size. The finest size is the
-reference, so it never counts as converged; then still finer sizes are needed.
+A sweep is a set of cases that differ only in an element size. Convergence is judged as in the paper
+(section 3). The converged size is the coarsest for which this and every finer size give the quantity within
+a tolerance of its value at the finest size. The finest size is the reference, so it never counts as
+converged: if no coarser size does, finer sizes are needed. A node of a front is reliable if its own K
+counts for growth (`growth.trust`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,13 +31,14 @@ HISTOGRAMS = {
 BAR, GOOD = "#3b6ea5", "#2e8b57"  # both stand out from a white page and from a dark one
 STYLES = ("-", "--", ":", "-.")  # line styles of the fronts of one crack
 BAND = 0.2  # opacity of bands
-ROOM = 0.15  # above and below reliable values with their errors, over their range
+ROOM = 0.15  # space above and below reliable values with their errors, relative to the range of these
 
 
 class Converged(NamedTuple):
-    """A quantity of a sweep, with a value or None for each size. size: the converged one, None if none.
+    """A quantity of a sweep, with a value for each size, None where unknown.
 
-    judged: False for measures of the mesh, which need not converge, and for fewer than FEWEST values.
+    size: the converged size, None if no size is converged; judged: False for measures of the mesh, which
+    need not converge, and for fewer than FEWEST values.
     """
 
     quantity: str
@@ -66,9 +69,9 @@ def converged(
 def compared(
     sweep: Sweep, cases: Mapping[str, Case], quantity: str | None, tolerance: float
 ) -> tuple[str, list[Converged]]:
-    """Return the last increment that all cases of a sweep have, and the convergence of quantities in it.
+    """Return the name of the last increment that all cases of a sweep have, and convergence there.
 
-    quantity: the only one to compare, None for all that have values.
+    quantity: the only quantity to compare, None for all. Quantities without any value are left out.
     """
     count = min(len(cases[name].increments) for name in sweep.cases)
     increments = [cases[name].increments[count - 1] for name in sweep.cases]
@@ -79,9 +82,9 @@ def compared(
 
 
 def _mean(column: str, size: bool = False) -> Callable[[Increment], float | None]:
-    """Return a function of an increment: the mean of a column of sif.csv where it is known, else None.
+    """Return a function that gives an increment's mean of a column of sif.csv over nodes with a value.
 
-    size: average absolute values.
+    It gives None without values. size: average absolute values instead.
     """
 
     def mean(increment: Increment) -> float | None:
@@ -113,7 +116,10 @@ VALUES: dict[str, Callable[[Increment], float | None]] = {
 
 
 def panel(x: str, y: str) -> tuple[Figure, Axes]:
-    """Return a figure with one chart, and its axes with the labels x and y, formulas in which are drawn."""
+    """Return a figure with one chart, and its axes with the labels x and y.
+
+    matplotlib draws text between `$` in the labels as formulas.
+    """
     figure = new_figure(4.4, 3.2)
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
@@ -127,9 +133,9 @@ def panel(x: str, y: str) -> tuple[Figure, Axes]:
 def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") -> list[Figure]:
     """Return charts of K_I, K_II, K_III and the kink angle along the fronts, a line per increment.
 
-    rows: columns of sif.csv by increment name; unit: of K. The arc length s is divided by each front's
-    largest s. Lines join reliable nodes, in a band of the error of K; other nodes are open marks, and those
-    beyond the axes are not shown.
+    rows: columns of sif.csv by increment name; unit: of K. There is no chart of a column that an increment
+    lacks. The arc length s is divided by each front's largest s. Lines join reliable nodes, in a band of
+    the error of K. Other nodes are open marks; marks beyond the axes are not shown.
     """
     keys = ("K_I", "K_II", "K_III", "kink_angle")
     return [
@@ -163,7 +169,10 @@ def _along_front(key: str, rows: Mapping[str, Mapping[str, np.ndarray]], unit: s
 
 
 def histograms(qualities: Mapping[str, Mapping]) -> list[Figure]:
-    """Return charts of quality.json's histograms by increment: bars for the last, lines for others."""
+    """Return a chart for each histogram in quality.json: bars for the last increment, lines for others.
+
+    qualities: contents of quality.json by increment name.
+    """
     return [_histogram(key, label, qualities) for key, label in HISTOGRAMS.items()]
 
 
@@ -181,7 +190,10 @@ def _histogram(key: str, label: str, qualities: Mapping[str, Mapping]) -> Figure
 
 
 def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None], colour: str) -> None:
-    """Draw bars of equal width, heights `share` (%), labelled if > 0, with bin `edges` as tick labels."""
+    """Draw bars of equal width with heights `share` (k,) in %, and bin `edges` (k + 1) as tick labels.
+
+    An edge None is infinity. Bars above 0 have their height as text; the axes end one bin beyond them.
+    """
     axes.bar(np.arange(len(share)), share, width=0.92, color=colour)
     for place, value in enumerate(share):
         if value > 0:
@@ -200,7 +212,8 @@ def against_size(
 ) -> list[Figure]:
     """Return charts of quantities against a sweep's sizes, on a log axis, with the tolerance as a band.
 
-    words: names of the quantities; length: unit of the sizes.
+    found: quantities of the sweep; words: their titles by name; length: unit of the sizes. A ring marks the
+    converged size.
     """
     figures = []
     for one in found:
@@ -222,10 +235,10 @@ def against_size(
 
 
 def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> list[Figure]:
-    """Return charts of K, kink angle and load cycles against crack size, with mean and range.
+    """Return charts of K, kink angle and load cycles against crack size: lines in bands.
 
-    Nodes that are not trusted are left out, and cycles are in the band of their error. units: names by
-    quantity. No chart if fewer than two increments have a size and a front.
+    For K and kink angle these are mean and range at reliable nodes; for load cycles the number and its
+    error. units: names by quantity. There is no chart if fewer than two increments have a size and a front.
     """
     known = [(one.size, one.front) for one in increments if one.size is not None and one.front is not None]
     if len(known) < 2:
@@ -252,13 +265,16 @@ def _range(front: Mapping[str, np.ndarray], key: str) -> tuple[float, float, flo
 
 
 def _cycles(front: Mapping[str, np.ndarray]) -> tuple[float, float, float]:
-    """Return the load cycles of a sif.csv, and these less and plus their error."""
+    """Return the load cycles to the front of a sif.csv, and their lower and upper bounds by their error."""
     cycles, doubt = front["cycles"][0], np.nan_to_num(front["cycles_doubt"][0])
     return cycles, cycles - doubt, cycles + doubt
 
 
 def loops(history: Mapping[str, np.ndarray], unit: str) -> Figure:
-    """Return a figure of nominal stress against strain of each face; history: as in `Solution`."""
+    """Return a figure of nominal stress against nominal strain of each face, during a load history.
+
+    history: arrays named "<face> strain" and "<face> stress", as in `Solution`; unit: of stress.
+    """
     figure, axes = panel("nominal strain", with_unit("nominal stress", unit))
     names = [name.removesuffix(" strain") for name in history if name.endswith(" strain")]
     for name, colour in zip(names, line_colours(len(names))):

@@ -13,18 +13,20 @@ from craftmesh.mechanics.materials import parse_materials
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.report.case_files import Case, Failure, Increment
 
-# Tetrahedra per cube of the edge length in a uniform mesh. Measured on the demo's volume with edges of 1.5,
-# 1.2 and 0.9: 11.6, 10.9 and 10.4, less with less influence of the surface. The smallest is used, so that
-# reductions are not overestimated. (`campaign/effort` has the number for gradated meshes.)
+# Number of tetrahedra in a cube with the edge length of a uniform mesh. Measured on the demo's volume with
+# edges of 1.5, 1.2 and 0.9: 11.6, 10.9 and 10.4, which falls as the surface matters less. The smallest is
+# used, so that reductions are not overestimated. (`campaign/effort` has the number for gradated meshes.)
 UNIFORM_TETS = 10.4
 
 
 class Row(NamedTuple):
     """An increment's row in the paper's table; unknown values are None. Fractions are in percent.
 
-    uniform: elements of a uniform mesh of l_min; reduction: relative to these; aspect: mean aspect ratio;
-    under_5: elements with a ratio below 5; drift: mean volume change of grains. With reuse, renewed:
-    elements that the crack changed, kept: elements of the mesh before, from_scratch: why none are kept.
+    uniform: number of elements of a uniform mesh with edges l_min; reduction: percent fewer elements than
+    these; dof: degrees of freedom; aspect: mean aspect ratio; under_5: percent of elements with a ratio
+    below 5; poor: percent of poor elements; drift, worst_drift: mean and largest volume change of grains.
+    With reuse of the mesh before: renewed, percent of its elements that the crack changed; kept, percent of
+    the new elements that come from it; from_scratch, why none are kept, else "".
     """
 
     increment: str
@@ -47,8 +49,8 @@ class Row(NamedTuple):
 class GrownRow(NamedTuple):
     """K, kink angle and extension of an increment's crack: smallest and largest value along the fronts.
 
-    K and kink angle are taken at the nodes that steer growth (`of_trusted`). cycles: load cycles up to here
-    and their estimated error, None without a growth law that gives them.
+    K and kink angle are taken at reliable nodes (`of_trusted`). extension is None if the crack does not go
+    on. cycles: load cycles up to here and their estimated error, None without a growth law that gives them.
     """
 
     increment: str
@@ -61,7 +63,7 @@ class GrownRow(NamedTuple):
 
 
 def table_row(increment: Increment) -> Row:
-    """Return an increment's row; the uniform mesh compared has edges of l_min and UNIFORM_TETS."""
+    """Return an increment's row of the table, with values that its files do not have as None."""
     measured, l_min = increment.quality, increment.lengths.get("l_min")
     drift, renewed = measured.get("volume_drift", {}), measured.get("renewed", {})
     uniform = UNIFORM_TETS * measured["volume"] / l_min**3 if l_min else None
@@ -85,7 +87,7 @@ def table_row(increment: Increment) -> Row:
 
 
 def grown_rows(case: Case) -> list[GrownRow]:
-    """Return a row for each increment of a case that has K along its front."""
+    """Return a row for each increment of a case whose front has K."""
     return [
         _grown(increment.name, increment.front, increment.growth or {})
         for increment in case.increments
@@ -107,18 +109,21 @@ def _grown(name: str, front: Mapping[str, np.ndarray], growth: Mapping[str, Any]
 
 
 def trust_of(front: Mapping[str, np.ndarray]) -> Trust:
-    """Return the trust in each node of a sif.csv, as growth judges it."""
+    """Return the nodes of a sif.csv that steer growth, and the fronts without reliable ones (`Trust`)."""
     return trusted(front["flags"].tolist(), front.get("front"), front.get("s"))
 
 
 def of_trusted(front: Mapping[str, np.ndarray], column: str) -> np.ndarray:
-    """Return a column of sif.csv at the nodes that steer growth, or at all nodes if these have no value."""
+    """Return a column of sif.csv at the nodes that steer growth, those whose own K counts.
+
+    If these have no value, return it at all nodes.
+    """
     own = front[column][trust_of(front).steers]
     return own if np.isfinite(own).any() else front[column]
 
 
 class Verdict(NamedTuple):
-    """Whether all cases are made, a sentence, and the numbers of cases by outcome in words."""
+    """is_good: whether all cases are complete; a sentence on it; counts: numbers of cases by outcome."""
 
     is_good: bool
     sentence: str
@@ -126,7 +131,10 @@ class Verdict(NamedTuple):
 
 
 def verdict(cases: Sequence[Case], failed: Sequence[Failure]) -> Verdict:
-    """Return the verdict on cases with increments and on failures of cases with missing increments."""
+    """Return the verdict on all cases.
+
+    cases: those with increments; failed: failures of cases that lack increments.
+    """
     lacking = {one.case for one in failed}
     wrong = {one.case for one in failed if one.log}
     asked = len(lacking | {case.name for case in cases})
@@ -141,7 +149,7 @@ def verdict(cases: Sequence[Case], failed: Sequence[Failure]) -> Verdict:
 
 
 def materials(case: Case) -> str:
-    """Return a sentence that names a case's materials, and says where the file does not name them."""
+    """Return words for a case's materials: a user material, the default, or a material for each phase."""
     inp = case.record["config"].get("inp", {})
     if inp.get("user_material"):
         return f"{Path(inp['user_material']).name}, a user material"
@@ -155,7 +163,7 @@ def materials(case: Case) -> str:
 
 
 def life(case: Case) -> str:
-    """Return a sentence with the load cycles to the last crack and their estimated error, or why none."""
+    """Return words for the load cycles to the last crack and their error, or why there are none."""
     counted = [(row.cycles, row.increment) for row in grown_rows(case) if row.cycles]
     if counted:
         cycles, name = counted[-1]
@@ -166,7 +174,10 @@ def life(case: Case) -> str:
 
 
 def with_error(value: float, error: float) -> str:
-    """Return "value ± error", the error with two digits and the value to the same place."""
+    """Return "value ± error", the error with two digits and the value rounded to the same place.
+
+    If the error is not finite or not positive, return the value with two digits alone.
+    """
     if not (np.isfinite(error) and error > 0):
         return f"{value:.2g}"
     place = 1 - int(np.floor(np.log10(error)))
@@ -198,7 +209,7 @@ def _outcome(case: Case) -> str:
 
 
 def totals(rows: Sequence[Row]) -> dict[str, float | None]:
-    """Return the summary's numbers from the rows of all increments: sums and extremes, no means."""
+    """Return the summary's numbers from the rows of all increments: sums and extremes, None if unknown."""
     reductions = [row.reduction for row in rows if row.reduction is not None]
     drifts = [row.worst_drift for row in rows if row.worst_drift is not None]
     return {

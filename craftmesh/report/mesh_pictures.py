@@ -1,4 +1,7 @@
-"""Pictures of an increment: grains, element sizes, crack, new elements, deformed body, stress and slip."""
+"""Pictures of an increment: grains, element sizes, crack, new elements, deformed body, stress and slip.
+
+The skin is the free surface of the body; a lip is a crack face.
+"""
 
 from typing import NamedTuple
 
@@ -33,13 +36,13 @@ with extra("pictures"):
     from matplotlib.figure import Figure
 
 LIP = to_rgb("antiquewhite")  # colour of the crack face in pictures by grain
-KEPT = to_rgb("gainsboro")  # colour of elements of the mesh before
+KEPT = to_rgb("gainsboro")  # colour of elements that a renewed mesh keeps from the mesh before
 
 
 def mesh_pictures(shown: ShownMesh, length: str = "", new: np.ndarray | None = None) -> dict[str, Figure]:
-    """Return figures by name: `grains`, `sizes` and, if there is a crack, `crack`.
+    """Return figures by name: `grains`, `sizes`, with a crack `crack`, and with `new` elements `renewed`.
 
-    length: unit; new (k,): rows of a renewed mesh's new elements, which the figure `renewed` shows.
+    length: unit of length; new (k,): rows of the new elements of a renewed mesh.
     """
     whole = body_view(shown.points, shown.towards)
     scale = scale_of(shown.lengths)
@@ -62,19 +65,25 @@ def mesh_pictures(shown: ShownMesh, length: str = "", new: np.ndarray | None = N
 
 
 def opened_body(shown: ShownMesh) -> np.ndarray:
-    """Return a picture (h, w, 4) of the body cut open along the crack, by grain, in its `body_view`."""
+    """Return a picture (h, w, 4), 0 to 1, of the body cut open along the crack and coloured by grain.
+
+    The view is `body_view` of the whole body.
+    """
     whole = body_view(shown.points, shown.towards)
     return shaded(shown.points, shown.opened.triangles, _by_grain(shown.opened), whole, PIXELS, True)
 
 
 def body_view(points: np.ndarray, towards: np.ndarray) -> View:
-    """Return the view from `towards` (3,) of the bounding box of points (n, 3)."""
+    """Return the view, from the direction `towards` (3,), that shows the bounding box of points (n, 3)."""
     box = np.stack([np.min(points, axis=0), np.max(points, axis=0)])
     return view_from(towards, box_edges(box).reshape(-1, 3), BELOW)
 
 
 def _body(shown: ShownMesh, facets: Facets, view: View, colours: np.ndarray, length: str) -> Figure:
-    """Return a figure of facets, colours (m, 3, 3) of their corners, and of fronts, except on the skin."""
+    """Return a figure of facets with colours (m, 3, 3) of their corners.
+
+    The crack's fronts are drawn over them, except if the facets are the skin.
+    """
     figure, axes = body_axes()
     draw_body(axes, shown.points, facets.triangles, colours, view, True, length)
     for front in shown.fronts if facets is not shown.skin else ():
@@ -95,9 +104,10 @@ def _by_length(shown: ShownMesh, facets: Facets, scale: Normalize) -> np.ndarray
 
 
 class SolvedMesh(NamedTuple):
-    """A solved mesh; elements (m, 4) on points (p, 3) with stress (p, 6) as 11, 22, 33, 12, 13, 23.
+    """A solved mesh, its solution, and values at points (p, 3) of elements (m, 4).
 
-    slip (p,): accumulated on all slip systems, None if unknown.
+    stress (p, 6): components 11, 22, 33, 12, 13, 23; slip (p,): accumulated on all slip systems, None if
+    unknown.
     """
 
     mesh: TetMesh
@@ -109,10 +119,11 @@ class SolvedMesh(NamedTuple):
 
 
 def solved_pictures(solved: SolvedMesh, shown: ShownMesh, units: UnitsOptions) -> dict[str, Figure]:
-    """Return figures by name: `deformed`, and `stress` and `slip` on a plane through the fronts' mean.
+    """Return figures by name: `deformed`, and on a plane `stress` and, if it is known, `slip`.
 
-    The plane is perpendicular to the axis that is closest to the crack plane, and shows the crack's trace.
-    Raises CraftmeshError if the solution has fewer nodes than the mesh.
+    The plane goes through the mean of the front nodes, or the middle of the box without a front. It is
+    perpendicular to the axis that is closest to the crack plane, and shows the line in which the crack cuts
+    it. Raises CraftmeshError if the solution has fewer nodes than the mesh.
     """
     found, needed = len(solved.solution.displacement), len(shown.points)
     if found < needed:

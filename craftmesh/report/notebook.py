@@ -1,4 +1,4 @@
-"""Things in a notebook: interactive by pyvista where it is installed, and as pictures in HTML."""
+"""Voxels, surfaces, cracks and meshes in a notebook: as pictures in HTML, and interactive by pyvista."""
 
 from html import escape
 from importlib import import_module
@@ -24,7 +24,10 @@ class Picture:
 
 
 def html(thing: Voxels | Surface | Crack | TetMesh) -> str:
-    """Return a thing's line of text with its picture, or alone if the extra `pictures` is not installed."""
+    """Return HTML with a picture and the repr of an object; without the picture if it cannot be made.
+
+    A picture needs the extra `pictures`.
+    """
     words = f"<figcaption><code>{escape(repr(thing))}</code></figcaption>"
     try:
         from craftmesh.report.pictures import webp_uri  # here because matplotlib is an extra
@@ -36,7 +39,7 @@ def html(thing: Voxels | Surface | Crack | TetMesh) -> str:
 
 
 def plot(thing: Voxels | Surface | Crack | TetMesh, **options: Any) -> Any:
-    """Show a thing by pyvista's `plot` with its options; without pyvista return a Picture."""
+    """Show an object by pyvista's `plot` with the given options; return a Picture without pyvista."""
     try:
         pyvista = import_module("pyvista")  # from the extra tetwild or installed by the user
     except ModuleNotFoundError:
@@ -46,7 +49,7 @@ def plot(thing: Voxels | Surface | Crack | TetMesh, **options: Any) -> Any:
 
 
 def picture(thing: Voxels | Surface | Crack | TetMesh) -> bytes:
-    """Return a .png of a thing."""
+    """Return a .png of an object, by the function in `report.views` for its type."""
     # here because matplotlib is an extra
     from craftmesh.report import views
 
@@ -62,7 +65,10 @@ def picture(thing: Voxels | Surface | Crack | TetMesh) -> bytes:
 
 
 def dataset(thing: Voxels | Surface | Crack | TetMesh, pyvista: Any) -> Any:
-    """Return a thing as a data set of the module `pyvista`, with the array `grain` of its cells."""
+    """Return an object as a data set of the module `pyvista`, with the cell array `grain`.
+
+    Voxels without a grain are left out; facets between two grains have the larger id, cracks have 0.
+    """
     if isinstance(thing, Voxels):
         shape = np.array(thing.labels.shape) + 1
         grid = pyvista.ImageData(dimensions=shape, spacing=thing.spacing, origin=thing.origin)

@@ -36,8 +36,9 @@ with extra("pictures"):
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
-# Largest total size of pictures in bytes; larger pages open slowly. Beyond it, increments between a case's
-# first and last are left out evenly. The pictures of an increment take about 180 kB.
+# Largest total size of the page's pictures in bytes; larger pages open slowly. If there are more, the
+# pictures of increments between the first and last of a case are left out evenly. An increment's pictures
+# take about 180 kB.
 MOST_PICTURES = 24_000_000
 CAPTIONS = {
     "grains": "The body by grain.",
@@ -57,7 +58,7 @@ K_CAPTION = (
 
 
 class Chart(NamedTuple):
-    """Panels (<svg>) with one caption; legend: names of increments and their colours."""
+    """Panels (<svg> elements) with one caption; legend: pairs of an increment's name and its colour."""
 
     caption: str
     panels: list[Markup]
@@ -65,9 +66,10 @@ class Chart(NamedTuple):
 
 
 def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure] = ()) -> str:
-    """Return the HTML page of cases, each with increments, and of failures; same input gives same text.
+    """Return the HTML page of `cases`, each with at least one increment, and of the failures `failed`.
 
-    The costs of jobs, which differ between runs, are between `<!--times-->` and `<!--/times-->`.
+    The same input gives the same text. The costs of jobs, which differ between runs, are between
+    `<!--times-->` and `<!--/times-->`.
     """
     rows = {case.name: [table_row(increment) for increment in case.increments] for case in cases}
     shown = _shown(cases)
@@ -88,7 +90,7 @@ def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure
             uniform_tets=UNIFORM_TETS,
         )
     )
-    count = itertools.count()  # ids of parts of pictures are the same in each picture
+    count = itertools.count()  # each picture gets a prefix, because its ids occur in other pictures too
     return re.sub(r"<svg .*?</svg>", lambda svg: _with_own_ids(svg[0], f"p{next(count)}"), text, flags=re.S)
 
 
@@ -97,7 +99,10 @@ def _with_own_ids(svg: str, prefix: str) -> str:
 
 
 def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
-    """Return the variables of the template of a case; shown: names of increments with pictures."""
+    """Return a case's variables of the HTML template.
+
+    rows: table rows of its increments; shown: names of the increments whose pictures the page has.
+    """
     last = case.increments[-1]
     return {
         "name": case.name,
@@ -140,7 +145,10 @@ def _units(case: Case) -> dict[str, str]:
 
 
 def _crack_path(case: Case) -> Chart | None:
-    """Return the last body cut open along the crack, with all increments' fronts; None if not drawn."""
+    """Return a chart of the last body cut open along the crack, with the fronts of all increments.
+
+    It is None if the last increment has no picture of the opened body.
+    """
     last = case.increments[-1]
     if last.opened is None or last.scene is None:
         return None
@@ -180,13 +188,16 @@ def _charts(case: Case) -> list[Chart]:
 
 
 def _chart(caption: str, figures: Sequence[Figure], increments: Collection[str] = ()) -> Chart:
-    """Return a chart with a legend of `increments`, if there are several."""
+    """Return a chart of figures; with several `increments` (names), it has a legend of their colours."""
     legend = list(zip(increments, line_colours(len(increments)))) if len(increments) > 1 else []
     return Chart(caption, [Markup(as_svg(figure)) for figure in figures], legend)
 
 
 def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:
-    """Return the increments with pictures in the page, by case: all, or as many as MOST_PICTURES allows."""
+    """Return by case the names of increments whose pictures are in the page.
+
+    These are all, or as many as MOST_PICTURES allows, but at least the first and last of each case.
+    """
     sizes = [len(picture) for case in cases for inc in case.increments for picture in inc.pictures.values()]
     share = min(1.0, MOST_PICTURES / max(sum(sizes), 1))
     shown = {}
@@ -199,7 +210,10 @@ def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:
 
 
 def _scene(case: Case) -> str | None:
-    """Return JSON for the 3-D view: the last body, and each increment's crack; None without scenes."""
+    """Return JSON for the 3-D view: the last increment's body, and the crack of each increment.
+
+    It is None if no increment has a scene (`shown_mesh.scene`).
+    """
     scenes = {inc.name: inc.scene for inc in case.increments if inc.scene is not None}
     if not scenes:
         return None
@@ -240,7 +254,7 @@ def _sweeps(cases: Mapping[str, Case], options: ReportOptions) -> list[dict[str,
 
 
 def _number(value: float | None, digits: int = 3) -> str:
-    """Return a number as text: integers exactly, others to `digits` digits, None as a dash."""
+    """Return a number as text: integers exactly, floats rounded to `digits` digits, None as a dash."""
     if value is None:
         return "–"
     rounded = value if isinstance(value, int) else float(f"{value:.{digits}g}")

@@ -26,20 +26,22 @@ GRAINS = "tab20"  # colour map of grains: twenty colours, used in turn
 FRONT = "#dc143c"
 DPI = 110
 COLOURS = "viridis"
-# Relative luminance (WCAG 2) of lines' colours: contrast 4.2 to the light page, 4.2 to the dark one.
+# Relative luminance (WCAG 2) of the colours of lines: their contrast is 4.2 to the light page and to the
+# dark page.
 LUMINANCE = 0.2
 LUMINANCE_OF_RGB = (0.2126, 0.7152, 0.0722)
 GAMMA = 2.2  # exponent of sRGB, within a few percent
-BELOW = 0.1  # space below a body for the axis directions and the scale, over the body's width
+BELOW = 0.1  # space below a body for the axis directions and the scale, relative to the body's width
 TOWARDS = seen_from(2)  # default direction from which a body is seen
 PIXELS = 640  # width of a body's picture
-WEBP = 82  # quality of .webp, of 100: a lined mesh takes 40 kB and looks like its .png of 330
+WEBP = 82  # quality of .webp, at most 100: a mesh with edges takes 40 kB and looks like its .png of 330 kB
 MOST_TICKS = 8  # most increments named next to the colours of a crack's path
-# Largest displacement as shown, over the body's diagonal.
+# Length of the largest displacement in a picture, relative to the body's diagonal.
 SHOWN_MOVE = 0.08
-# Percentage of values cut off at each end of a colour scale, as stresses at a crack front are unbounded.
+# Percentage of values cut off at each end of a colour scale; stresses at a crack front are unbounded.
 LEFT_OUT = 1.0
-# Parts of matplotlib's .svg: metadata, a style for the whole page, numbered ids, and the size in points.
+# Parts of matplotlib's .svg that are removed: metadata, a style that would change the whole page, numbered
+# ids, and the size in points.
 _NOT_SHOWN = r'<metadata>.*?</metadata>|<style.*?</style>| id="[\w.]+_\d+"| (?:width|height)="[\d.]+pt"'
 _PNG = r"data:image/png;base64,([^\"]*)"
 
@@ -75,9 +77,10 @@ def draw_body(
     lined: bool,
     length: str = "",
 ) -> None:
-    """Draw triangles (m, 3) on points (n, 3) with colours (m, 3, 3) of their corners, axes and a scale.
+    """Draw triangles (m, 3) on points (n, 3), the axis directions and a scale bar.
 
-    lined: also draw the triangles' edges; length: name of the unit of length.
+    colours (m, 3, 3): of the triangles' corners; lined: also draw the triangles' edges; length: name of the
+    unit of length.
     """
     draw_picture(axes, shaded(points, triangles, colours, view, PIXELS, lined), view, length)
 
@@ -133,7 +136,10 @@ def plain(text: str) -> str:
 
 
 def with_unit(key: str, unit: str) -> str:
-    """Return the axis label of a column of sif.csv; unit: of K, empty if unknown."""
+    """Return the axis label "key [unit]"; the kink angle is in degrees, whatever the unit.
+
+    unit: "" if unknown, then it is left out.
+    """
     return "kink angle [degrees]" if key == "kink_angle" else f"{key} [{plain(unit)}]" if unit else key
 
 
@@ -154,7 +160,7 @@ def deformed_body(
     """Return a figure of the free facets (m, 3), deformed and coloured by the displacement (n, 3).
 
     points (n, 3); towards (3,): direction from which the body is seen; length: unit. The displacement is
-    scaled so that its largest value is SHOWN_MOVE of the body's diagonal, or not at all if it is 0.
+    scaled so that its largest value is SHOWN_MOVE times the body's diagonal.
     """
     size = np.linalg.norm(displacement, axis=1)
     largest = size.max()
@@ -199,7 +205,7 @@ def value_on_plane(
 
 
 def scale_of(values: np.ndarray) -> Normalize:
-    """Return the colour scale of all values except LEFT_OUT percent at each end."""
+    """Return a colour scale over the values (k,), without LEFT_OUT percent of them at each end."""
     return Normalize(*np.percentile(values, [LEFT_OUT, 100 - LEFT_OUT]))
 
 
@@ -217,7 +223,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def as_png(*figures: Figure) -> bytes:
-    """Return figures of one size, two in a row, as .png: the same bytes for the same figures."""
+    """Return figures of one size as one .png, two in a row; the same figures give the same bytes."""
     canvases = [FigureCanvasAgg(figure) for figure in figures]
     for canvas in canvases:
         canvas.draw()
@@ -231,13 +237,14 @@ def as_png(*figures: Figure) -> bytes:
 
 
 def as_svg(figure: Figure) -> str:
-    """Return the figure as an <svg> element, the same text for the same figure.
+    """Return the figure as an <svg> element; the same figure gives the same text.
 
-    Its ground is transparent, and what is black in the figure has the colour of the text around it.
+    Its background is transparent, and black parts get the colour of the text around the element. Changes
+    how the figure draws its images and meshes.
     """
     for axes in figure.axes:
         for image in axes.images:
-            image.set_interpolation("none")  # else it is drawn again at the figure's resolution
+            image.set_interpolation("none")  # otherwise matplotlib resamples it to the figure's resolution
         for mesh in axes.collections:
             mesh.set_rasterized(isinstance(mesh, QuadMesh) or mesh.get_rasterized())
     stream = io.StringIO()

@@ -1,4 +1,7 @@
-"""Preview of a crack in its microstructure before meshing: grains and boundaries met, and a picture."""
+"""Preview of a crack in its microstructure before meshing: grains and boundaries met, and a picture.
+
+A trace is a line in which the crack meets a facet of the surface.
+"""
 
 from dataclasses import dataclass
 
@@ -29,10 +32,11 @@ PLAIN = "silver"  # colour of a crack that was rejected
 class Preview:
     """A crack in a microstructure.
 
-    traces: of the crack on the surface's facets; inserted: the surface with the crack in it, None if the
-    insertion was rejected; refused: the reason, else ""; grains: ids that the crack meets; area,
-    front_length: by grain, empty if rejected; fronts: of each, whether it is closed, its length, and the
-    faces at its ends; oblique: boundaries that the crack meets below a limiting angle.
+    box (2, 3): of the microstructure; traces: of the crack on the surface's facets; inserted: the surface
+    with the crack in it, None if the insertion was rejected; refused: the reason of rejection, else "";
+    grains: ids of grains that the crack meets; area, front_length: of the crack by grain id, empty if
+    rejected; fronts: for each front whether it is closed, its length, and names of the faces at its ends;
+    oblique: boundaries that the crack meets below a limiting angle.
     """
 
     crack: Crack
@@ -54,9 +58,9 @@ def met_grains(found: Traces, surface: Surface) -> tuple[int, ...]:
 
 
 def grain_measures(surface: Surface) -> tuple[dict[int, float], dict[int, float]]:
-    """Return the crack's area and its front's length, each by id of the grains that contain the crack.
+    """Return the crack's area and its front length, each as a dict by id of the grains at the crack.
 
-    A facet or an edge between two grains counts half for each.
+    A facet between two grains, and a front edge on it, counts half for each grain.
     """
     crack = surface.kind == CRACK
     sides, facets = surface.sides[crack], surface.facets[crack]
@@ -71,7 +75,7 @@ def grain_measures(surface: Surface) -> tuple[dict[int, float], dict[int, float]
 
 
 def front_lines(surface: Surface) -> tuple[tuple[bool, float, tuple[str, ...]], ...]:
-    """Return for each crack front of a surface whether it is closed, its length, and its ends' faces."""
+    """Return for each crack front whether it is closed, its length, and names of the faces at its ends."""
     edges = front_edges(surface)
     if not len(edges):
         return ()
@@ -89,7 +93,10 @@ def front_lines(surface: Surface) -> tuple[tuple[bool, float, tuple[str, ...]], 
 
 
 def _faces_at(surface: Surface, point: int) -> str:
-    """Return names of free faces at a point (its id), such as XMIN_ZMAX or VOID_3, or "inside"."""
+    """Return the names of the free faces at a point (its id), joined by _, such as XMIN_ZMAX or VOID_3.
+
+    A face to the outside that is on no box plane is EXTERIOR; the result is "inside" without a free face.
+    """
     at = (surface.facets == point).any(axis=1)
     kinds = np.unique(surface.kind[at & is_on_box(surface.kind)])
     names = [BOX_PLANES[kind - 1] for kind in kinds.tolist()]
@@ -100,7 +107,10 @@ def _faces_at(surface: Surface, point: int) -> str:
 
 
 def preview_picture(preview: Preview, limit: float) -> bytes:
-    """Return a .png of the crack by grain, its front, the box, and traces, red below `limit` degrees."""
+    """Return a .png of the crack by grain: in the box, and seen along its normal with its traces.
+
+    Traces on boundaries that the crack meets at less than `limit` degrees are red.
+    """
     figure = new_figure(11.0, 5.2)
     triangles, colours, fronts = _shown(preview)
     _in_box(figure.add_subplot(1, 2, 1, projection="3d"), preview, triangles, colours, fronts)
@@ -111,7 +121,10 @@ def preview_picture(preview: Preview, limit: float) -> bytes:
 
 
 def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | str, list[np.ndarray]]:
-    """Return the crack's triangles (k, 3, 3) in the box, their colours, and its fronts as lines (j, 3)."""
+    """Return the crack's triangles (k, 3, 3) in the box, their colours, and its fronts as lines (j, 3).
+
+    They are of the inserted crack, coloured by grain, or of the given crack in PLAIN if it was rejected.
+    """
     box, surface = preview.box, preview.inserted
     if surface is None:
         corners = preview.crack.points[preview.crack.triangles]
@@ -166,7 +179,10 @@ def _from_ahead(
 
 
 def _label_places(preview: Preview) -> dict[int, np.ndarray]:
-    """Return a label position (3,) by id of the crack's grains: the facet centre nearest to their mean."""
+    """Return the position (3,) of each grain's label on the crack, by grain id; {} if rejected.
+
+    It is the centre of the crack facet in the grain that is nearest to the mean of these centres.
+    """
     surface = preview.inserted
     if surface is None:
         return {}

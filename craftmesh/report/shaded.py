@@ -8,14 +8,15 @@ import numpy as np
 from craftmesh.report.kernels.raster import draw
 from craftmesh.surface.measure import unit_normals
 
-# Oversampling: pixels are drawn this many times finer along each axis and averaged, for smooth edges.
+# Oversampling: a picture is drawn with this many times more pixels along each axis, and then averaged, for
+# smooth edges.
 FINER = 2
 DARKEST = 0.5  # brightness of a facet seen edge-on, relative to one that faces the viewer
-MARGIN = 0.02  # margin around the body, over the larger of its width and height
-AHEAD = 0.8  # cosine between line of sight and z, above which y is up instead of z
+MARGIN = 0.02  # margin around the body, relative to the larger of its width and height
+AHEAD = 0.8  # cosine of the angle between line of sight and z, above which y is up instead of z
 LINE_WIDTH = 0.45  # pixels
-# Pixels, mean edge above which a triangle's edges are drawn; they fade in up to twice this length. Lines on
-# smaller triangles would hide the colours.
+# Mean edge length of a triangle, in pixels, above which its edges are drawn; they become gradually wider up
+# to twice this length. Lines on smaller triangles would hide the colours.
 SHORTEST_LINED = 5.0
 
 
@@ -40,9 +41,10 @@ class View(NamedTuple):
 
 
 def view_from(towards: np.ndarray, points: np.ndarray, below: float = 0.0) -> View:
-    """Return the view of points (n, 3) from the direction `towards` (3,), z up, or y if it is along z.
+    """Return the view of points (n, 3) from the direction `towards` (3,), in which z is up.
 
-    below: space below the points, as a fraction of their width.
+    If the direction is close to +z or -z (AHEAD), y is up. below: empty space below the points, as a
+    fraction of their width.
     """
     towards = np.asarray(towards, float) / np.linalg.norm(towards)
     up = np.eye(3)[1 if abs(towards[2]) > AHEAD else 2]
@@ -58,10 +60,10 @@ def view_from(towards: np.ndarray, points: np.ndarray, below: float = 0.0) -> Vi
 def shaded(
     points: np.ndarray, triangles: np.ndarray, colours: np.ndarray, view: View, width: int, lined: bool
 ) -> np.ndarray:
-    """Return a picture (h, width, 4), 0 to 1, of triangles (m, 3) with colours (m, 3, 3) of their corners.
+    """Return a picture (h, width, 4), 0 to 1, of triangles (m, 3) on points (n, 3).
 
-    points (n, 3). Pixels without a triangle are transparent. lined: draw the triangles' edges where they
-    are long enough.
+    colours (m, 3, 3): of the triangles' corners; facets seen obliquely are darker. Pixels without a
+    triangle are transparent. lined: draw the edges of triangles that are large enough (SHORTEST_LINED).
     """
     wide = FINER * width
     size = view.high - view.low

@@ -1,4 +1,7 @@
-"""Visible parts of a mesh: skin, body cut open, crack face, fronts, plane sections, and the 3-D view."""
+"""Visible parts of a mesh: skin, body cut open, crack face, fronts, plane sections, and the 3-D view.
+
+The skin is the free surface of the body without the crack; a lip is a crack face.
+"""
 
 import base64
 from collections.abc import Mapping
@@ -21,18 +24,22 @@ from craftmesh.mesh.tet_connectivity import (
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.types import TetMesh
 
-# View direction's components on two axes, over that on the third, which is nearest to the crack's normal.
-# The crack face and two box faces are then well visible.
+# Components of the view direction along two axes, relative to its component along the third axis, which is
+# nearest to the crack's normal. The crack face and two box faces are then well visible.
 ASIDE = (0.75, 0.55)
 SIDES = np.array([1.0, -1.0, 1.0])  # default signs of the view direction
-COARSER = 1.2  # factor by which grid cells grow until the triangles are few enough
-# Most triangles of the skin, and of the crack face: about 180 kB of text per increment.
+COARSER = 1.2  # factor by which grid cells grow until there are few enough triangles (`decimated`)
+# Most triangles each of the skin, the opened body and the crack face in the 3-D view: about 180 kB of text
+# per increment.
 MOST_TRIANGLES = 6500
-LEVELS = np.iinfo(np.uint16).max  # integer steps of coordinates within the box, and of lengths
+LEVELS = np.iinfo(np.uint16).max  # largest integer that stands for a coordinate in the box, or for a length
 
 
 class Facets(NamedTuple):
-    """Triangles (m, 3) of a mesh's nodes, the element and grain (m,) behind each, a mask of crack faces."""
+    """Triangles (m, 3) on a mesh's nodes.
+
+    element, grain (m,): row and grain of the element behind each; is_lip (m,): mask of crack faces.
+    """
 
     triangles: np.ndarray
     element: np.ndarray
@@ -44,9 +51,10 @@ class ShownMesh(NamedTuple):
     """The visible parts of a mesh of 4-node elements.
 
     points (n, 3); lengths (n,): mean length of the edges at each node; skin: facets of box, voids and
-    exterior; opened: facets of the body without the part in front of the crack's plane; lip: facets of
-    crack faces A; fronts: node ids, the first repeated at the end of a closed front; normal (3,) of the
-    crack's plane, towards the viewer, and centre (3,) on it; towards (3,): direction to the viewer.
+    exterior; opened: facets of the body without the part in front of the crack and its extension; lip:
+    facets of the crack faces on side A (one side of each crack); fronts: node ids, the first repeated at
+    the end of a closed front; normal (3,) of the crack's plane, towards the viewer, and centre (3,) on it;
+    towards (3,): direction to the viewer.
     """
 
     points: np.ndarray
@@ -108,7 +116,7 @@ def _plane(mesh: TetMesh, lip: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def seen_from(facing: int, sign: np.ndarray = SIDES) -> np.ndarray:
-    """Return a view direction (3,) mainly along the axis `facing`; sign (3,): of its other components."""
+    """Return a view direction (3,) mainly along the axis `facing`; sign (3,): signs of other components."""
     return np.where(np.arange(3) == facing, 1.0, sign * np.insert(ASIDE, facing, 1.0))
 
 
@@ -117,7 +125,8 @@ def _below(
 ) -> np.ndarray:
     """Return a mask (k,) of points `places` (k, 3) below the crack or below its extension.
 
-    lip (t, 3): the crack's triangles on `points`; normal, centre (3,): of its plane, along which is up.
+    lip (t, 3): the crack's triangles on `points`; normal, centre (3,): of the crack's mean plane. Below is
+    against the normal.
     """
     height = (places - centre) @ normal
     below = height < 0
@@ -152,11 +161,11 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
 def cut_tets(
     points: np.ndarray, tets: np.ndarray, level: float, axis: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return polygons (p, 4, 2), sections of tetrahedra (m, 4) by a plane, and the rows (p,) of these.
+    """Return the sections (p, 4, 2) of tetrahedra (m, 4) by a plane, and the rows (p,) of these tetrahedra.
 
-    points (n, 3). The plane is perpendicular to `axis` at the coordinate `level`; polygons have the other
-    two coordinates. Corners are in cyclic order; a triangle has its last corner twice. Tetrahedron corners
-    on the plane count as below it.
+    points (n, 3). The plane is perpendicular to `axis` at the coordinate `level`; a section is a polygon in
+    the other two coordinates. Its corners are in cyclic order; a triangle has its last corner twice.
+    Tetrahedron corners on the plane count as below it.
     """
     above = points[:, axis] > level
     rows = np.flatnonzero(above[tets].any(axis=1) & ~above[tets].all(axis=1))
@@ -175,11 +184,12 @@ def cut_tets(
 def decimated(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (p, 3), about `most` triangles (k, 3) or fewer on them, and their rows (k,) before.
+    """Return points (p, 3), at most about `most` triangles (k, 3) on them, and the triangles' rows before.
 
-    points (n, 3); triangles (m, 3). If m <= most, triangles are unchanged. Otherwise points in each cell of
-    a grid are replaced by their mean. Only points on the same planes of the box (2, 3) are merged, so
-    that the box keeps its faces, edges and corners; this needs some 48 triangles, even if `most` is less.
+    points (n, 3); triangles (m, 3). If m <= most, the triangles are only renumbered. Otherwise the points
+    in each cell of a grid are replaced by their mean. Only points on the same planes of the box (2, 3) are
+    merged, so that the box keeps its faces, edges and corners; this needs some 48 triangles, even if `most`
+    is less.
     """
     used, local = np.unique(triangles, return_inverse=True)
     local = local.reshape(-1, 3)
@@ -204,11 +214,12 @@ def decimated(
 
 
 def scene(shown: ShownMesh) -> dict:
-    """Return skin, crack face and fronts as JSON values for the 3-D view.
+    """Return skin, opened body, crack face and fronts as JSON values for the 3-D view.
 
-    Coordinates are fractions of `box` in steps of 1 / LEVELS, and `length` of a corner is such a fraction
-    between the two `lengths`; `grain` is 0 on crack faces. Arrays are base64 of little-endian unsigned
-    integers: 4 bytes in `triangles` and `grain`, 2 bytes in others.
+    The keys are box, lengths (smallest and largest edge length), normal, towards, skin, opened, lip and
+    fronts. Coordinates are fractions of the box in steps of 1 / LEVELS, and `length` of a corner is such a
+    fraction between the two `lengths`; `grain` is 0 on crack faces. Arrays are base64 of little-endian
+    unsigned integers: 4 bytes in `triangles` and `grain`, 2 bytes in others.
     """
     box = np.stack([shown.points.min(axis=0), shown.points.max(axis=0)])
     lengths = np.array([shown.lengths.min(), shown.lengths.max()])
@@ -225,7 +236,7 @@ def scene(shown: ShownMesh) -> dict:
 
 
 def fronts_of(made: Mapping[str, Any]) -> list[np.ndarray]:
-    """Return the front lines (k, 3) of a `scene`."""
+    """Return the points (k, 3) of each front of a `scene`, to the precision of its integers."""
     low, high = np.array(made["box"])
     read = (np.frombuffer(base64.b64decode(text), "<u2").reshape(-1, 3) for text in made["fronts"])
     return [low + places / LEVELS * (high - low) for places in read]

@@ -25,13 +25,16 @@ QUANTITIES = {
     "mean_aspect_ratio": "mean aspect ratio of the elements",
     "elements": "number of elements",
 }
-# Quantity of `UnitsOptions.by_quantity` in whose unit each is measured.
+# For each quantity with a unit, the key in `UnitsOptions.by_quantity` of that unit.
 MEASURED_IN = {"K_I": "K", "largest_K_I": "K", "J": "J", "reaction": "force", "crack_area": "area"}
 SOLVED = ("K_I", "J", "kink_angle", "largest_K_I", "reaction")
 
 
 class Sweep(NamedTuple):
-    """Cases that differ only in the size `key`, such as sizing.l_min; sizes and cases: coarse first."""
+    """Cases that differ only in the size `key`, such as sizing.l_min.
+
+    sizes: the values of the key, coarse first; cases: the name of the case with each size.
+    """
 
     key: str
     sizes: tuple[float, ...]
@@ -39,9 +42,10 @@ class Sweep(NamedTuple):
 
 
 def sweeps(records: Mapping[str, Mapping[str, Any]]) -> list[Sweep]:
-    """Return the sweeps among cases, longest first; records: case.json by case name.
+    """Return the sweeps among cases, those with most cases first; records: case.json by case name.
 
-    If several lengths of `sizing` increase together, and none alone, the first of them names the sweep.
+    If no length of `sizing` (SIZES) varies alone, but several increase together, the cases are one sweep,
+    named by the first of these lengths.
     """
     found = []
     families: dict[str, list[str]] = {}
@@ -67,7 +71,10 @@ def _all_but_sizes(record: Mapping[str, Any]) -> str:
 
 
 def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:
-    """Return the sweeps over the length `key` with all others equal; lengths: values of SIZES by case."""
+    """Return the sweeps over the length `key` with all other lengths equal; lengths: of SIZES by case.
+
+    A sweep has at least FEWEST sizes; of cases with equal lengths it has the first.
+    """
     place = SIZES.index(key)
     groups: dict[tuple, dict[float, str]] = {}
     for name, row in lengths.items():
@@ -77,7 +84,10 @@ def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:
 
 
 def _together(lengths: Mapping[str, tuple]) -> list[Sweep]:
-    """Return the sweep of all cases, in a list, if no length falls while another increases; else []."""
+    """Return a list with the sweep of all cases, if their lengths increase together; else [].
+
+    No length may fall while another increases, and the first length that varies must differ in all cases.
+    """
     if len(set(lengths.values())) < FEWEST or any(None in row for row in lengths.values()):
         return []
     rows = np.array(list(lengths.values()))

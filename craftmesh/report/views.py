@@ -32,7 +32,7 @@ EMPTY = to_rgba("white")
 
 
 def labels_picture(voxels: Voxels) -> bytes:
-    """Return a .png of a volume's middle slices normal to z, y, x: grains coloured, the rest white."""
+    """Return a .png of a volume's middle slices normal to z, y and x: grains coloured, the rest white."""
     labels = voxels.labels
     grains = np.unique(labels[labels > 0])
     middle = np.array(labels.shape) // 2
@@ -47,9 +47,10 @@ def labels_picture(voxels: Voxels) -> bytes:
 
 
 def lengths_picture(lengths: Lengths, sources: np.ndarray, box: np.ndarray) -> bytes:
-    """Return a .png of target lengths on three planes through the mean of the sources (k, 3).
+    """Return a .png of target edge lengths on three planes through the mean of the `sources`.
 
-    box (2, 3): the model's; without sources the planes go through its centre.
+    sources (k, 3): points from which the lengths grow, such as the front's; without any, the planes go
+    through the centre of the model's box (2, 3).
     """
     middle = sources.mean(axis=0) if len(sources) else box.mean(axis=0)
     planes = []
@@ -68,7 +69,7 @@ def lengths_picture(lengths: Lengths, sources: np.ndarray, box: np.ndarray) -> b
 def _three_planes(
     box: np.ndarray, middle: np.ndarray, planes: Sequence[np.ndarray], **look: Any
 ) -> tuple[Figure, AxesImage]:
-    """Return a figure of values (k, l) on three planes of a box, and the last of its images.
+    """Return a figure of values (k, l) on three planes of a box, and the image of the last plane.
 
     planes: values on the planes through `middle` (3,) perpendicular to z, y and x; look: options of imshow.
     """
@@ -86,7 +87,7 @@ def _three_planes(
 
 
 def surface_picture(surface: Surface) -> bytes:
-    """Return a .png of a surface by grain, cut open along its crack, which is red."""
+    """Return a .png of a surface by grain, without the part above the plane fitted to its red crack."""
     corners = surface.points[surface.facets]
     is_crack = surface.kind == CRACK
     origin, normal = _cut_plane(surface.box, corners[is_crack].reshape(-1, 3))
@@ -102,8 +103,9 @@ def surface_picture(surface: Surface) -> bytes:
 def tets_picture(points: np.ndarray, tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> bytes:
     """Return a .png of tetrahedra by grain, cut open along the crack, whose faces are red.
 
-    points (n, 3); tets (m, 4 or more), the first four nodes being the corners; grain (m,); lips (k,): nodes
-    of crack faces; without them the cut is at half height.
+    points (n, 3); tets (m, 4 or more): the first four nodes are the corners; grain (m,); lips (k,): nodes
+    of crack faces. Elements above the plane fitted to these nodes are left out; with fewer than three
+    nodes the plane is at half height.
     """
     corners = np.asarray(tets)[:, :4]
     box = np.stack([points.min(axis=0), points.max(axis=0)])
@@ -149,7 +151,10 @@ def _body(
     title: str,
     lines: Sequence[np.ndarray] = (),
 ) -> bytes:
-    """Return a .png of triangles (m, 3) with colours (m, 4), and of lines (k, 3), seen from `towards`."""
+    """Return a .png of triangles (m, 3) with colours (m, 4), and of lines, each of points (k, 3).
+
+    towards (3,): the direction from which they are seen.
+    """
     view = view_from(towards, points[np.unique(triangles)])
     figure = new_figure(8.0, 7.0)
     axes = figure.add_subplot()

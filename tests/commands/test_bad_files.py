@@ -106,7 +106,7 @@ def test_a_solution_of_another_mesh_is_refused(tmp_path, capsys):
 def test_what_was_asked_for_is_refused_where_it_lacks_a_key(tmp_path, capsys):
     (tmp_path / "asked.json").write_text(json.dumps({"cases": {}}))
     words = ["report", tmp_path, "--campaign", tmp_path / "asked.json", "-o", tmp_path / "page.html"]
-    assert "asked.json: keys cases; expected campaign, config and cases" in refusal(words, capsys)
+    assert "asked.json: has the keys cases; expected campaign, config and cases" in refusal(words, capsys)
 
 
 def test_tetrahedra_of_another_surface_are_refused():

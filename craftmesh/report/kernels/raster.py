@@ -9,9 +9,9 @@ from craftmesh.jit import kernel
 def draw(corners, colours, line, picture, depth):
     """Draw triangles into `picture` (h, w, 3) where they are nearer than `depth` (h, w); update both.
 
-    corners (m, 3, 3): pixels to the right, pixels down, nearness to the viewer. A pixel is covered if its
-    centre is in the triangle. colours (m, 3, 3): of the corners, 0 to 1. Within `line` (m,) pixels of an
-    edge the colour fades to black.
+    corners (m, 3, 3): each corner's pixels to the right, pixels down, and nearness to the viewer (larger is
+    nearer). A pixel is covered if its centre is in the triangle. colours (m, 3, 3): of the corners, 0 to 1.
+    Within `line` (m,) pixels of an edge the colour fades to black.
     """
     height, width = depth.shape
     for t in range(len(corners)):
