@@ -1,4 +1,4 @@
-"""Cut tetrahedra out of a model as a body of their own, whose border inside the grains is held."""
+"""Cut tetrahedra out of a model as a separate body, whose border inside the grains must not change."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,12 @@ from craftmesh.types import BORDER, CRACK, INTERFACE, GrainTets, Surface
 
 @dataclass(frozen=True)
 class Part:
-    """Tetrahedra of a model as a body of their own.
+    """Tetrahedra of a model as a separate body.
 
-    surface: the boundary of the body. Faces of tets that stay are of kind BORDER, with label 0 on the
-    other side. nodes (n,): the model's node of each point of the surface. chosen (m,): mask of the model's
-    tets in the body. gone (f,): mask of the model's facets that the body replaces.
+    surface: the boundary of the body, with grain boundaries and crack inside it. Facets shared with tets
+    that stay in the model are of kind BORDER and have the label 0 on the side of these tets. nodes (n,):
+    the model's node of each point of the surface. chosen (m,): mask of the model's tets in the body. gone
+    (f,): mask of the model's facets that the body replaces.
     """
 
     surface: Surface
@@ -26,9 +27,9 @@ class Part:
 
 
 def cut_out(whole: Whole, chosen: np.ndarray, with_crack: bool) -> Part:
-    """Return the chosen tets (m,) of a model as a body.
+    """Return the tets of a model in the mask `chosen` (m,) as a separate body.
 
-    with_crack: whether the body keeps the facets of the crack; without, crack facets between grains become
+    with_crack: whether the body keeps the facets of the crack. If not, crack facets between grains become
     grain boundaries, and crack facets inside grains are left out.
     """
     surface, rows = whole.surface, np.flatnonzero(chosen)
@@ -39,7 +40,7 @@ def cut_out(whole: Whole, chosen: np.ndarray, with_crack: bool) -> Part:
     groups, facet, count = facet_groups(tets, surface.facets[near])
     has = surface.sides <= 0
     there = np.zeros(len(has), bool)
-    for k in range(2):  # a facet has one or two half faces
+    for k in range(2):  # a facet has one or two half faces, the faces of the tets at it
         mine = (facet >= 0) & (count > k)
         half, row = groups.order[groups.first[:-1][mine] + k], near[facet[mine]]
         has[row] |= surface.sides[row] == grain[half // 4][:, None]
@@ -59,7 +60,7 @@ def cut_out(whole: Whole, chosen: np.ndarray, with_crack: bool) -> Part:
 
 
 def tets_of(whole: Whole, part: Part) -> list[GrainTets]:
-    """Return the part's tets grain by grain, on the points of its surface."""
+    """Return the tets of the part, grain by grain, with ids of the points of its surface."""
     number = np.full(len(whole.points), -1)
     number[part.nodes] = np.arange(len(part.nodes))
     return grouped_tets(whole, np.flatnonzero(part.chosen), number)[0]

@@ -10,27 +10,25 @@ from craftmesh.types import TetMesh
 
 
 class NumberMap(NamedTuple):
-    """From the rows of an old mesh to the rows of a new one; -1 for nodes and elements that are gone.
-
-    nodes (n,), elements (m,): for each old one its new row.
-    """
+    """For each node (n,) and element (m,) of an old mesh its row in a new mesh, -1 if it is gone."""
 
     nodes: np.ndarray
     elements: np.ndarray
 
 
 def renumbered(old: TetMesh, new: TetMesh, origin: np.ndarray) -> tuple[TetMesh, NumberMap, np.ndarray]:
-    """Return the new mesh with the old numbers of all that stays, the map, and the row of each new node.
+    """Return `new` with the old numbers of what stays, the map from `old`, and the number of each node.
 
-    origin (m,): the old row of each new element, -1 for new ones. New nodes and elements take free numbers,
-    the lowest first. If the new mesh has fewer, the numbers beyond its count move to free ones. The element
-    set NEW has the new elements.
+    origin (m,): the row in `old` of each element of `new`, -1 for new elements. New nodes and elements take
+    free numbers, the lowest first. If `new` has fewer than `old`, what has a number beyond the new count
+    takes a free number too. The element set NEW has the new elements. The last result (n,) gives for each
+    node of `new`, as it was passed, its number. Raises CraftmeshError if kept elements have moved nodes.
     """
     stays = np.flatnonzero(origin >= 0)
     node_of = np.full(len(new.points), -1)
     node_of[new.tets[stays]] = old.tets[origin[stays]]
     if not np.array_equal(new.points[new.tets[stays]], old.points[old.tets[origin[stays]]]):
-        raise CraftmeshError("elements kept from the mesh before have nodes at other positions than there")
+        raise CraftmeshError("kept elements have nodes at other positions than before; please report this")
     node, element = _numbers(node_of), _numbers(origin)
     sets = {
         name: node[ids] if is_front(name) else np.sort(node[ids]) for name, ids in new.node_sets.items()
@@ -44,9 +42,9 @@ def renumbered(old: TetMesh, new: TetMesh, origin: np.ndarray) -> tuple[TetMesh,
 
 
 def _numbers(wanted: np.ndarray) -> np.ndarray:
-    """Return different numbers (k,) from 0 to k - 1: the wanted ones (k,) where these are >= 0 and below k.
+    """Return different numbers (k,) from 0 to k - 1: `wanted` (k,) where possible, others the lowest free.
 
-    The first of two rows that want one number gets it.
+    Wanted numbers < 0 or >= k are not given. The first of several rows that want one number gets it.
     """
     count = len(wanted)
     result = np.full(count, -1)

@@ -8,7 +8,7 @@ from craftmesh.options import Options, option
 
 @dataclass(frozen=True)
 class RenewOptions(Options):
-    """When an increment's mesh is the mesh before with a renewed part."""
+    """Options that decide whether an increment's mesh is the mesh before with a renewed part."""
 
     reuse: Literal["never", "auto", "always"] = option(
         "never",

@@ -16,8 +16,8 @@ def put_back(
 ) -> Whole:
     """Return the model with new tets instead of the tets of `part`.
 
-    surface, grain_tets: the body meshed again; its border has the same points. Tets that stay come first.
-    Raises CraftmeshError if the border has changed.
+    surface, grain_tets: the body of `part` meshed again, with the same border points (facets of kind
+    BORDER). Tets that stay come first in the result. Raises CraftmeshError if the border has changed.
     """
     new = whole_of(surface, grain_tets, sizing)
     ids = len(whole.points) + np.arange(len(new.points))
@@ -40,11 +40,14 @@ def put_back(
 
 
 def _same_places(part: Part, places: np.ndarray, facets: int) -> np.ndarray:
-    """Return the model's node (k,) at each of the places (k, 3) on a border of `facets` facets."""
+    """Return the model's node (k,) at each of the points `places` (k, 3) on the border of the part.
+
+    facets: number of facets of the border. Raises CraftmeshError if points or this number have changed.
+    """
     on_border = part.surface.kind == BORDER
     before = np.unique(part.surface.facets[on_border])
     node = {tuple(place): n for place, n in zip(part.surface.points[before].tolist(), part.nodes[before])}
     found = [node.get(tuple(place), -1) for place in places.tolist()]
     if facets != on_border.sum() or len(found) != len(before) or -1 in found:
-        raise CraftmeshError("the border of the part to renew was changed")
+        raise CraftmeshError("meshing changed the border of the part to renew; please report this")
     return np.array(found, np.int64)

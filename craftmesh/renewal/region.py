@@ -11,15 +11,17 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import nearest_facet
 from craftmesh.types import CRACK, Crack, Surface
 
-# Relative changes of the target length: nodes of more than CHANGED are renewed, and with them the nodes of
-# more than TOUCHED that edges join to them. Elements of .75 to 1.4 target lengths are sound, so a change of
-# 30 % is about what the gradation leaves; pieces thinner than TOUCHED gives could not get coarser.
+# Relative changes of the target length: nodes with a larger change than CHANGED are renewed, and with them
+# nodes with a larger change than TOUCHED that edges connect to them. The gradation leaves edges of 0.75 to
+# 1.4 target lengths, so elements still fit after a change of 30 %. Without TOUCHED, regions to renew would
+# be so thin that their elements could not become coarser.
 CHANGED, TOUCHED = 0.3, 0.15
-# Nodes this near to what is new or gone of the crack, and to both fronts, are renewed, in l_min.
+# Distance, in l_min, within which nodes are renewed: from new parts of the crack, from parts that no longer
+# belong to it, and from the old and the new front.
 MARGIN = 4.0
 # Layers of old tetrahedra around the new ones that are optimised together with these.
 RIM = 2
-# Distance from the old crack's facets, in smallest target lengths, from which on the crack is new.
+# Distance from the old crack's facets, in l_min, beyond which a part of the crack counts as new.
 BEYOND = 0.5
 
 
@@ -80,9 +82,9 @@ def _fronts_moved(surface: Surface, crack: Crack, l_min: float) -> bool:
 
 
 def samples_of(crack: Crack, spacing: float) -> np.ndarray:
-    """Return points (k, 3) on the crack's triangles, so that none of these is far from all of them.
+    """Return points (k, 3) that sample the crack's triangles evenly, corners included.
 
-    spacing: the largest distance between samples on an edge.
+    spacing: the largest distance between successive samples on an edge of a triangle.
     """
     corners = crack.points[crack.triangles]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
@@ -101,7 +103,11 @@ def widened(whole: Whole, chosen: np.ndarray, layers: int = RIM) -> np.ndarray:
 
 
 def _with_joined(whole: Whole, changed: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Return the changed nodes (n,) with the nodes of a change over TOUCHED that edges join to them."""
+    """Return a mask (n,) of the changed nodes, and of nodes over TOUCHED that chains of edges join to them.
+
+    changed (n,): mask; change (n,): relative change of the target length. All nodes of the chains must be
+    changed or over TOUCHED.
+    """
     may = changed | (change > TOUCHED)
     inside = may[whole.tets]
     ends = [np.zeros((2, 0), np.int64)]

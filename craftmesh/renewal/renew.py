@@ -49,7 +49,7 @@ MOST_RISE = 0.03
 
 
 class History(NamedTuple):
-    """What the next increment has to know of a mesh.
+    """What the next increment needs to know about a mesh.
 
     lengths (n,): target lengths that the nodes were made for; aspect_ratio: mean aspect ratio of the last
     mesh that was made from scratch; cell: edge of the first cells of its lattice of interior points.
@@ -74,8 +74,9 @@ def mean_aspect_ratio(mesh: TetMesh) -> float:
 class Renewed:
     """The mesh of an increment, and its history for the next one.
 
-    The mesh has the element set NEW. numbers: from the mesh before; report: counts, as the report of
-    `assemble`.
+    The mesh has the element set NEW. numbers: rows of the nodes and elements of the mesh before in this
+    mesh. report: as of `assemble`, with `meshing` (record of the grains) and `renewed`: share, the fraction
+    of the elements before that changed; elements_kept; and from_scratch, the reason if none are kept.
     """
 
     mesh: TetMesh
@@ -220,8 +221,8 @@ def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> N
     grain = max(drift, key=lambda k: drift[k])
     if drift[grain] > options.gradate.volume_tolerance:
         raise CraftmeshError(
-            f"the volume of grain {grain} would be {drift[grain]:.1%} off the remeshed surface's; expected "
-            f"at most {options.gradate.volume_tolerance:.1%}"
+            f"the volume of grain {grain} would differ by {drift[grain]:.1%} from the remeshed surface's; "
+            f"expected at most {options.gradate.volume_tolerance:.1%}"
         )
 
 

@@ -1,4 +1,8 @@
-"""The tetrahedra of all grains on common nodes, and the closed surface that bounds the grains."""
+"""The tetrahedra of all grains on common nodes, and the surface that bounds the grains.
+
+The crack is closed: the nodes of its two faces (lips) are one node, and its facets are one layer. Half face
+4 * tet + k is the face of a tet opposite its corner k.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,8 +23,8 @@ class Whole:
     """Tetrahedra of all grains on common nodes. The crack is closed.
 
     surface: the boundaries of the grains and the crack; points (n, 3): the points of the surface come
-    first; lengths (n,): target lengths that the nodes were made for; tets (m, 4) and their grain (m,);
-    origin (m,): row of the element in an older mesh, or -1.
+    first; lengths (n,): target edge length at each node when it was made; tets (m, 4) and their grain (m,);
+    origin (m,): row of the tet in the mesh before, -1 for new tets.
     """
 
     surface: Surface
@@ -32,10 +36,7 @@ class Whole:
 
 
 def whole_of(surface: Surface, grain_tets: Sequence[GrainTets], sizing: Lengths) -> Whole:
-    """Return the tetrahedra of a surface's grains on common nodes.
-
-    None comes from an older mesh: origin is -1 for all.
-    """
+    """Return the tetrahedra of a surface's grains on common nodes; all of them are new (origin -1)."""
     points, tets = common_points(surface, grain_tets), common_tets(surface, grain_tets)
     grain = grain_of_tets(grain_tets)
     origin = np.full(len(tets), -1)
@@ -45,8 +46,9 @@ def whole_of(surface: Surface, grain_tets: Sequence[GrainTets], sizing: Lengths)
 def whole_of_mesh(mesh: TetMesh, lengths: np.ndarray) -> Whole:
     """Return the elements of a 4-node mesh with its crack closed; origin is the element's row.
 
-    lengths (n,): target lengths that the mesh's nodes were made for.
-    Nodes with the same coordinates become one. Facets come from face sets and faces between grains.
+    lengths (n,): target edge length at each of the mesh's nodes. Nodes with the same coordinates become
+    one. Facets come from the face sets of box planes, EXTERIOR, voids and lips, and from faces between
+    grains. Raises CraftmeshError if a face of one lip has none of the other lip opposite it.
     """
     tets = lowest_equal_point(mesh.points)[mesh.tets]
     ahead, behind = (faces @ np.array([4, 1]) for faces in lip_faces(mesh.face_sets))
@@ -106,9 +108,9 @@ def grain_tets_of(whole: Whole) -> tuple[list[GrainTets], np.ndarray]:
 
 
 def grouped_tets(whole: Whole, rows: np.ndarray, number: np.ndarray) -> tuple[list[GrainTets], np.ndarray]:
-    """Return tets `rows` (k,) of a model grain by grain, by ascending id, and the rows in that order.
+    """Return the tets `rows` (k,) of a model grain by grain, by ascending id, and the rows in that order.
 
-    number (n,): point on the surface of the result for each node, -1 for nodes inside it.
+    number (n,): each node's id among the surface points of the result, -1 for interior nodes.
     """
     rows = rows[np.argsort(whole.grain[rows], kind="stable")]
     result, place = [], np.empty(len(whole.points), np.int64)
@@ -122,10 +124,13 @@ def grouped_tets(whole: Whole, rows: np.ndarray, number: np.ndarray) -> tuple[li
 
 
 def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: np.ndarray) -> np.ndarray:
-    """Return the grains (k, 2) behind and ahead of crack facets; ahead, behind (k,): half faces of lips."""
+    """Return the grains (k, 2) behind and ahead of each crack facet.
+
+    ahead, behind (k,): half faces on the lips A and B. Raises CraftmeshError if they do not pair up.
+    """
     groups = group_triples(half_face_corners(tets, np.concatenate([ahead, behind])))
     if not (groups.count == 2).all():
-        raise CraftmeshError("the crack's lips have faces without a partner")
+        raise CraftmeshError("faces of lips A and B do not pair up; give the mesh as it was assembled")
     first, second = groups.pairs.T
     across = np.empty(len(ahead), np.int64)
     across[first] = behind[second - len(ahead)]
@@ -135,7 +140,7 @@ def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: n
 def _between_grains(tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> np.ndarray:
     """Return the pairs (p, 2) of half faces that elements of two grains share, without those in `lips`.
 
-    Only faces whose nodes all have elements of two grains are compared.
+    Only faces whose three nodes all have elements of several grains are compared, which saves time.
     """
     least, most = np.full(tets.max() + 1, np.iinfo(np.int32).max), np.full(tets.max() + 1, -1)
     np.minimum.at(least, tets, grain[:, None])
