@@ -18,10 +18,10 @@ from craftmesh.types import Crack
 # Fraction of the kink at a step's end by which the step itself is turned. The step started along the path's
 # tangent; the chord of an evenly turning path makes equal angles with its tangents at both ends.
 SHARE = 0.5
-# Fraction of that kink that remains after the step is turned. It would be 0.5 if only the tip's direction
-# counted (Cotterell & Rice 1980), and 0 if the crack turned as a whole. Corrected cracks of an inclined
-# penny, meshed and solved again, had 0.25 after the first step and 0.09 after the third. With 0.5 the next
-# strip turns too far: it kinks back by 11 degrees, with 0.25 by 4.
+# Fraction of the same kink that remains after the step is turned. It would be 0.5 if only the direction at
+# the front counted (Cotterell & Rice 1980), and 0 if the crack turned as a whole. Corrected cracks of an
+# inclined penny, meshed and solved again, had 0.25 after the first step and 0.09 after the third. With 0.5
+# the next strip turns too far: it kinks back by 11 degrees, with 0.25 by 4.
 LEFT = 0.25
 NEAREST = 2  # nearest trusted points from which a kink is interpolated
 
@@ -29,11 +29,11 @@ NEAREST = 2  # nearest trusted points from which a kink is interpolated
 def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOptions) -> Step:
     """Return the step `reached` as it would start if the step `last` before it were the chord of the path.
 
-    The strip of `last` is laid again in the box (2, 3). Each point's move is turned by SHARE of the kink
-    found where the point arrived, and its length follows the rate found there. The new front's points are
-    the nearest to the points of `reached`, with LEFT times their kinks. Raise CraftmeshError as `grow`, if
-    the number of surfaces or fronts changes, or if the new front is farther away than the largest
-    extension.
+    The strip of `last`, the crack surface that it added, is laid again in the box (2, 3). Each point's move
+    is turned by SHARE of the kink found where the point arrived, and its length follows the rate found
+    there. The points of the result are the nearest to the points of `reached` on the new front, with LEFT
+    times their kinks. Raise CraftmeshError if the crack is not valid (`grow`), if the number of surfaces or
+    fronts changes, or if the new front is farther away than the largest extension.
     """
     before, after = last.along, reached.along
     found = np.column_stack([after.kink_angle, after.rate])
@@ -46,7 +46,7 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     crack = grow(last.crack, laid, box, options)
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
     if crack is None or parts[0] != parts[1] or len(crack.fronts) != len(reached.crack.fronts):
-        raise CraftmeshError("its number of sheets and fronts would change; expected the same")
+        raise CraftmeshError("the corrected crack would have another number of surfaces or fronts")
     kink = _found_at(after, after.points, after.kink_angle[:, None])
     sine, cosine = np.sin(SHARE * kink), np.cos(SHARE * kink)
     turned = replace(
@@ -60,7 +60,10 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
 
 
 def _found_at(along: FrontStep, places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return values (k, m) at places (k, 3), interpolated from the NEAREST trusted rows; all if none is."""
+    """Return values (k, m) at places (k, 3), interpolated from the nearest trusted rows of `values` (n, m).
+
+    The NEAREST rows are weighted by inverse distance. If no row is trusted, all rows count.
+    """
 
     rows = or_all(along.trusted, np.ones(len(values), bool))
     points, values = along.points[rows], values[rows]
@@ -71,14 +74,17 @@ def _found_at(along: FrontStep, places: np.ndarray, values: np.ndarray) -> np.nd
 
 
 def _onto_fronts(crack: Crack, along: FrontStep) -> np.ndarray:
-    """Return the points (n, 3) of the crack's fronts nearest to the rows' points."""
+    """Return the points (n, 3) of the crack's fronts nearest to the points of the rows.
+
+    Raise CraftmeshError if one is farther away than the largest extension.
+    """
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, along.points)
     far, step = int(np.argmax(off)), along.extension.max()
     if off[far] > step:
         raise CraftmeshError(
-            f"its front would lie {off[far]:.4g} off at row {far + 1}, farther than the largest "
-            f"extension {step:.4g}"
+            f"the corrected front would lie {off[far]:.4g} from the front before at row {far + 1}, farther "
+            f"than the largest extension {step:.4g}"
         )
     places = np.empty_like(along.points)
     for number, line in enumerate(lines):

@@ -1,4 +1,4 @@
-"""The force that drives each point of a front, in the unit of K; Delta K is its range over a cycle."""
+"""The driving force at each point of a front, in the unit of K; Delta K is its range over a load cycle."""
 
 from collections.abc import Callable
 
@@ -22,8 +22,9 @@ SLIDING, TEARING = 1.155, 1.0
 def driving_force(front: FrontPoints, angle: np.ndarray, options: GrowthOptions) -> np.ndarray:
     """Return the driving force (n,) of front points at their K and kink angles (n,), by options.driving.
 
-    K counts as it is; `opened` sets K_I of closed lips to 0. Raise CraftmeshError if a user-supplied
-    function cannot be found or returns anything but n finite numbers.
+    A negative K_I counts as it is; the caller sets it to 0 where crack faces are closed (`opened`). Raise
+    CraftmeshError if a user-supplied function cannot be found or returns anything but n finite numbers, or
+    if the stiffness of a crystal is needed and not known.
     """
     if options.driving == STRESS:
         if options.criterion == NEAR_FIELD:
@@ -37,9 +38,10 @@ def driving_force(front: FrontPoints, angle: np.ndarray, options: GrowthOptions)
 
 
 def release_intensity(k: np.ndarray, stiffness: np.ndarray, poisson: float) -> np.ndarray:
-    """Return the K_I (n,) with the energy release rate of K (n, 3), straight ahead and in all modes.
+    """Return the K_I (n,) that alone would have the energy release rate of K (n, 3), all modes together.
 
-    stiffness (n, 6, 6): as in FrontPoints; where it is NaN, an isotropic material of that Poisson's ratio.
+    The crack extends straight ahead. stiffness (n, 6, 6): over 11, 22, 33, 12, 13, 23 in the axes binormal,
+    normal, tangent; where it is NaN, the material is isotropic with `poisson` as its ratio.
     """
     weight = np.tile(np.diag([1.0, 1.0, 1 / (1 - poisson)]), (len(k), 1, 1))
     known = np.isfinite(stiffness).all(axis=(1, 2))
@@ -56,7 +58,7 @@ def richard(k: np.ndarray) -> np.ndarray:
 
 
 def tanaka(k: np.ndarray, poisson: float) -> np.ndarray:
-    """Return Tanaka's effective K (n,) of K (n, 3) (Tanaka 1974): fourth powers of the modes."""
+    """Return Tanaka's effective K (n,) of K (n, 3), from the fourth powers of the modes (Tanaka 1974)."""
     return (k[:, 0] ** 4 + 8 * k[:, 1] ** 4 + 8 * k[:, 2] ** 4 / (1 - poisson)) ** 0.25
 
 

@@ -1,4 +1,7 @@
-"""Kink angle and extension of each front point, reasons to stay, and the load cycles of the step."""
+"""Kink angle and extension of each front point, reasons to stay, and the load cycles of the step.
+
+The doubt of K is its estimated error, in the unit of K.
+"""
 
 import numpy as np
 
@@ -20,19 +23,21 @@ STAYS = {
     UNSTABLE: "the driving force reaches K_c",
     YIELDS: "the mean stress over the net section reaches grow.yield_stress",
 }
-ENDS = {UNSTABLE, YIELDS}  # reasons of a single point that end the growth of the whole crack
-# Fraction of sigma sqrt(pi a) below which K counts as noise. With five edges per radius, K differs from the
-# exact value by up to 0.43 % of it (the lens and the crystal of docs/fracture.md). K_II of a penny under
-# compression is exactly 0, and comes out as 0.54 %.
+ENDS = {UNSTABLE, YIELDS}  # reasons that end the growth of the whole crack, even at a single point
+# Fraction of sigma sqrt(pi a) below which K counts as noise, with the mean stress sigma and the crack size
+# a. With five edges per radius, K differs from the exact value by up to 0.43 % of sigma sqrt(pi a) (the
+# lens and the crystal of docs/fracture.md). K_II of a penny under compression, exactly 0, is found as
+# 0.54 % of it.
 NOISE_SHARE = 0.01
-# Change of ln K for the exponent d ln(da/dN) / d ln(K), and its digits; rounding leaves 1e-11 of a power.
+# Change of ln K from which the exponent d ln(da/dN) / d ln(K) is computed, and the digits to which it is
+# rounded, because rounding errors of 1e-11 remain.
 LITTLE, DIGITS = 1e-4, 9
 
 
 def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
-    """Return the doubt (n,) of K: the larger of its estimated `error` (n,) and the error from the mesh.
+    """Return the doubt (n,) of K: the larger of its estimated `error` (n,) and the noise of the mesh.
 
-    The error from the mesh is NOISE_SHARE times K of a crack of size `radius` under the mean `stress`.
+    The noise is NOISE_SHARE times stress sqrt(pi radius), about K of a crack of that radius under `stress`.
     """
     return np.maximum(error, NOISE_SHARE * stress * np.sqrt(np.pi * radius))
 
@@ -40,8 +45,9 @@ def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
 def reasons(front: FrontPoints, peak: LoadCycle, rate: np.ndarray, options: GrowthOptions) -> np.ndarray:
     """Return the reasons (n,) why points stay, keys of STAYS; "" at points that extend.
 
-    front: with doubts of K; peak: the cycle with the largest driving force; rate (n,): da/dN at it. K_I
-    within its doubt counts as closed only if no shear alone drives the crack, or else if lips overlap.
+    front: points with the doubt of K; peak: the load cycle with the largest driving force at each point;
+    rate (n,): da/dN. A K_I under minus its doubt counts as closed. A K_I within its doubt does too if the
+    driving force is tangential_stress or K_I and the solution has no contact between the crack faces.
     """
     words = np.full(len(rate), "", object)
     words[rate <= 0] = ARRESTED
@@ -61,8 +67,9 @@ def kinks_and_extensions(front: FrontPoints, options: GrowthOptions) -> tuple[Fr
 
     Points that are not trusted take K of the nearest trusted point. `kink_angles_of` and `driving_force`
     give directions and driving forces in each load cycle; the cycle with the largest driving force sets the
-    direction. `reasons` gives the points that stay; the kink angle is 0 at those that stay as CLOSED or
-    NOISE. Raise CraftmeshError for contradicting options, and as the functions of `options` do.
+    direction. `reasons` gives the points that stay. The kink angle is 0 at points that stay, except at
+    ARRESTED ones. Raise CraftmeshError for contradicting options, and for errors in rate laws or
+    user-supplied functions.
     """
     front = front.from_trusted()
     blocks = options.cycles()
@@ -109,9 +116,9 @@ def _rates(
 ) -> tuple[np.ndarray, float, Counted]:
     """Return relative rates (n,), their exponent d ln(rate) / d ln(K), and the step with its load cycles.
 
-    The relative rate is da/dN over its median, within the options' limits; with law uniform it is 1, and
-    the exponent 0. It is 0 at points that stay. rate (n,): da/dN, 0 at points that stay; powers (n,): its
-    exponents, not finite where unknown.
+    The relative rate is da/dN over its median, within options.limits; with law uniform it is 1, and the
+    exponent 0. It is 0 at points that stay. cycle: with the largest driving force at each point; rate (n,):
+    da/dN, 0 at points that stay; powers (n,): d ln(da/dN) / d ln(K), not finite where unknown.
     """
     goes, last = rate > 0, front.last
     if not goes.any():
@@ -133,11 +140,12 @@ def _rates(
 
 
 def _cycle(front: FrontPoints, block: Block, options: GrowthOptions) -> LoadCycle:
-    """Return one load cycle; R is the other end's share of the peak's driving force.
+    """Return one load cycle at the front points.
 
-    R is 1 - D(K - K') / D(K) with K at the peak, K' at the other end and the driving force D in the peak's
-    direction. So it is the ratio of two loads in proportion, and modes change by their own ranges. A
-    negative K_I of the other end, as from a solution without contact, is not set to 0.
+    The peak is the end with the larger driving force. The stress ratio R is given by the block or, for ends
+    of two load cases, 1 - D(K - K') / D(K), with K at the peak, K' at the other end, and the driving force
+    D in the peak's direction. For proportional loads this is the ratio of the loads. A negative K_I of the
+    other end, as from a solution without contact, is not set to 0. R is clipped to LEAST_RATIO..1.
     """
 
     def drive(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -42,11 +42,12 @@ def front_extensions(
 ) -> tuple[dict[str, np.ndarray], dict]:
     """Return the columns of sif.csv, with kink angles and extensions, and a report with the load cycles.
 
-    found: parameters along the fronts by load case, as `stress_intensities` returns them for `solutions`;
-    empty if the mesh has no front. The load cases of options.cycle or options.blocks count, by default the
-    first. last: the previous front, as `counted_front` reads it from a report; slip: the content of
-    options.slip_table.
-    Raise CraftmeshError if the cycle names unknown load cases, or the criterion lacks orientations or slip.
+    found: K and other parameters along the fronts by load case, as `stress_intensities` returns them for
+    `solutions`; empty if the mesh has no front. The load cases of options.cycle or options.blocks count, by
+    default the first. last: the previous front, as `counted_front` reads it from a report; slip: the
+    content of options.slip_table, for criterion slip. The report has the mean stress, the fields of
+    `Counted`, and `doubted`, numbers of fronts without a reliable node. Raise CraftmeshError if the cycle
+    names unknown load cases, if block_table is given, or if the criterion lacks orientations or slip.
     """
     check_cycle(options, list(model.by_load()))
     if options.block_table:
@@ -108,20 +109,23 @@ def front_extensions(
 
 
 def counted_front(report: Mapping[str, float | None]) -> Counted | None:
-    """Return the front in a report of `front_extensions`; None if the front did not extend.
+    """Return the front and its load cycles from a report of `front_extensions`; None if it did not extend.
 
-    Raise CraftmeshError for any other report.
+    Raise CraftmeshError for a report without these fields.
     """
     if not set(Counted._fields) <= report.keys():
         raise CraftmeshError(
-            "no growth to count on from in this report; give the --json of `craftmesh fracture --crack`"
+            "this report has no load cycles to continue; give the --json of `craftmesh fracture --crack`"
         )
     last = Counted(*(report[key] or 0.0 for key in Counted._fields))
     return last if last.rate > 0 else None
 
 
 def _cycles(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
-    """Return a front's report entries for `counted_front`; cycles are None unless da/dN is known."""
+    """Return a front's entries in the report, by the fields of `Counted`.
+
+    Load cycles and their doubt are None unless da/dN is known in its unit.
+    """
     known = options.has_rates
     return {key: value if known or key not in CYCLES else None for key, value in count._asdict().items()}
 
@@ -137,7 +141,7 @@ def _orientations(model: ElasticModel, grains: np.ndarray) -> np.ndarray:
 def _slip_angles(
     front: FrontPoints, frames: FrontFrames, options: GrowthOptions, slip: SlipField | None
 ) -> np.ndarray:
-    """Return the kink angles (n,) of the front nodes along the most active slip planes."""
+    """Return the kink angle (n,) at each front node along the slip plane with the most slip in `slip`."""
     unknown = np.unique(front.grain[np.isnan(front.orientation).any(axis=(1, 2))])
     if len(unknown):
         raise CraftmeshError(
@@ -156,9 +160,10 @@ def _columns(
 ) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that describe the growth; kink angles in degrees.
 
-    If da/dN is known, every row has the load cycles to this front and their doubt, da/dN, and the cycles
-    for the node's extension at that rate, NaN at nodes that stay. Delta K and R are included if `by_pair`:
-    if two load cases form the cycle, or blocks; they belong to the largest load.
+    If da/dN is known in its unit, every row has the load cycles to this front and their doubt, da/dN, and
+    the cycles for the node's extension at that rate, NaN at nodes that stay. counted: the report's entries
+    with these cycles. Delta K and R are included if `by_pair`, that is, if two load cases form the cycle or
+    blocks are given; they belong to the cycle with the largest driving force.
     """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}

@@ -17,18 +17,19 @@ _MATRICES = {"orientation": 3, "stiffness": 6}
 class FrontPoints:
     """One row (n,) for each point of a crack's fronts; user-supplied functions get this record.
 
-    k (n, 3): K_I, K_II, K_III at the load in question, in the unit of sif.csv; loads: k by load case.
+    k (n, 3): K_I, K_II, K_III at the load that is looked at, in the unit of sif.csv; loads: k by load case.
     points (n, 3); binormal, normal, tangent (n, 3): the local frame as in front.csv; T: T-stress; doubt:
-    error of K, in its unit; trusted: False at points that take K of the nearest trusted point on their
-    front; front: number of the front; grain, phase: ids, phase 0 if there is none; orientation (n, 3, 3):
-    active rotation from crystal to sample axes; stiffness (n, 6, 6): over 11, 22, 33, 12, 13, 23 in the
-    axes binormal, normal, tangent; slip_angle: kink angle along the most active slip plane, radians. NaN:
-    unknown.
+    estimated error of K, in its unit; trusted: False at points that take K of the nearest trusted point on
+    their front; front: number of the front; grain, phase: ids, phase 0 if there is none; orientation
+    (n, 3, 3): active rotation from crystal to sample axes; stiffness (n, 6, 6): over 11, 22, 33, 12, 13, 23
+    in the axes binormal, normal, tangent; slip_angle: kink angle in radians along the slip plane with the
+    most slip, for criterion slip. NaN: unknown.
 
-    size: crack size; edge: edge length of the fronts; error: median error of K; contact: True if the
-    solution keeps crack faces from overlapping; net_stress: mean stress over the net section; rows: the
-    rows of each front; last: the front and step before, None for the first. still: by load case the part of
-    its k (n, 3) that a residual stress makes, which factors of loads leave as it is; "": of `k`.
+    size: crack size (`steps.crack_size`); edge: median edge length of the fronts; error: median error of K
+    at trusted points; contact: True if the solution keeps crack faces from overlapping; net_stress: largest
+    mean stress over the net section; rows: ids and arc lengths of the points of each front; last: the front
+    before and its load cycles, None for the first. still: by load case, the part of its k (n, 3) that a
+    residual stress causes, which factors of loads do not change; "": of `k`.
     """
 
     k: np.ndarray
@@ -64,7 +65,8 @@ class FrontPoints:
     def of(cls, k: np.ndarray, size: float, **known: Any) -> "FrontPoints":
         """Return points with K (n, 3), crack size and `known` fields by name.
 
-        The default K is exact, trusted, and of one front; everything else by point is NaN or 0.
+        By default the doubt is 0, all points are trusted, and `loads` is empty. Grain, phase, front number
+        and positions are then 0, all other values by point NaN.
         """
         count = len(k)
         by_point: dict[str, Any] = {"doubt": np.zeros(count), "trusted": np.ones(count, bool)}
@@ -81,13 +83,16 @@ class FrontPoints:
         return replace(self, k=k)
 
     def at(self, load: tuple[float, str]) -> np.ndarray:
-        """Return K (n, 3) at a factor times a load case; "": the load of `k`."""
+        """Return K (n, 3) at a load (factor, load case); "": the load of `k`.
+
+        The factor multiplies K of the case without the part `still`, which a residual stress causes.
+        """
         factor, name = load
         k, still = self.loads[name] if name else self.k, self.still.get(name, 0.0)
         return still + factor * (k - still)
 
     def from_trusted(self) -> "FrontPoints":
-        """Return these points with K and doubt of trusted points alone (`trust.sources`)."""
+        """Return these points, with K and doubt of points not trusted from the nearest trusted point."""
         of = sources(self.points, self.trusted, self.front)
         loads, still = ({name: k[of] for name, k in part.items()} for part in (self.loads, self.still))
         return replace(self, k=self.k[of], doubt=self.doubt[of], loads=loads, still=still)

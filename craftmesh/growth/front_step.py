@@ -12,12 +12,13 @@ from craftmesh.types import Crack
 class FrontStep:
     """One row (n,) for each point of a crack's fronts, in any order.
 
-    normal (n, 3): unit normal of the crack plane; binormal (n, 3): direction ahead of the crack,
-    perpendicular to normal and front. kink_angle: radians from binormal towards normal. extension: length,
-    0 at points that stay. stays: the reason, a key of `extension.STAYS`, or "". trusted (bool): False at
-    points that take their move from trusted neighbours. rate: relative da/dN, from which the extensions
-    come; power: its d ln(rate) / d ln(K). da_dn: da/dN by the laws, 0 at points that stay; delta_k:
-    effective Delta K in these laws; ratio: stress ratio R; driving: driving force at the largest load.
+    points (n, 3); normal (n, 3): unit normal of the crack plane; binormal (n, 3): direction ahead of the
+    crack, perpendicular to normal and front. kink_angle: radians from binormal towards normal. extension:
+    length in model units, 0 at points that stay. stays: why a point stays, a key of `extension.STAYS`, or
+    "". trusted (bool): False at points that take their move from trusted neighbours. rate: da/dN over its
+    median, from which the extensions come; power: its d ln(rate) / d ln(K). da_dn: da/dN by the laws, 0 at
+    points that stay; delta_k: effective Delta K in these laws; ratio: stress ratio R; driving: driving
+    force at the peak of the cycle. NaN: unknown.
     """
 
     points: np.ndarray
@@ -52,12 +53,12 @@ class FrontStep:
         return self.extension[:, None] * (along[:, None] * self.binormal + across[:, None] * self.normal)
 
     def rows(self, chosen: np.ndarray) -> "FrontStep":
-        """Return the rows that `chosen`, a mask or row ids, selects."""
+        """Return a record of the points that `chosen`, a mask or row ids, selects."""
         return FrontStep(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 class Step(NamedTuple):
-    """A crack and the moves of its front points, from which a strip is laid."""
+    """A crack and the moves of its front points, from which a strip of new crack surface is laid."""
 
     crack: Crack
     along: FrontStep

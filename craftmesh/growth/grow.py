@@ -26,16 +26,17 @@ from craftmesh.growth.new_front import (
 from craftmesh.growth.options import WIDEST_IN_CRYSTALS, SmoothingOptions
 from craftmesh.types import Crack
 
-# Points of the new front per row spacing: chords of a front of radius ten spacings are then within 0.001
-# spacings of it, and the next mesh's tangents follow the curve. Also samples per row in `relaxation`:
-# linear interpolation between them loses under 0.1 % of a wave of ten rows.
+# Points of the new front per row of the old one (a row is a front node with K). The chords of a front with
+# a radius of ten row spacings are then within 0.001 spacings of it, and the next mesh's tangents follow the
+# curve. Also samples per row in `relaxation`: linear interpolation between them loses under 0.1 % of a wave
+# of ten rows.
 FINENESS = 4
-MET = 0.5  # row spacings within which fronts of two surfaces have met
-# Row spacings around such a meeting in which rows are ignored: one front turns into the other at a corner,
-# and directions there belong to neither.
+MET = 0.5  # distance, in row spacings, within which the fronts of two surfaces have met
+# Distance, in row spacings, from a point where two fronts have met, within which rows are ignored. There
+# one front turns into the other at a corner, and directions belong to neither.
 CORNER = 3.0
-# Distance, in edges, within which two surfaces one above the other become one. Parallel surfaces 0.1 l_min
-# apart left slivers and facets 0.1 l_min off; surfaces 0.3 l_min apart left none.
+# Distance, in row spacings, within which two surfaces one above the other become one. Parallel surfaces
+# 0.1 l_min apart left slivers and facets 0.1 l_min off; surfaces 0.3 l_min apart left none.
 MERGED = 0.3
 # Attempts at a valid surface, in turn: the repair, the factor on the fit's smoothing length, the fraction
 # of the step, and whether points that leave the box stop just outside it, where the surface may fold. A
@@ -99,7 +100,10 @@ def grow(
 
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of places (n, 3) farther than CORNER spacings from meetings of parts' fronts."""
+    """Return a mask (n,) of places (n, 3) farther than CORNER row spacings from where fronts have met.
+
+    These are the points where fronts of two of the `parts`, the surfaces of the crack, are close (MET).
+    """
 
     spacing = row_spacing(places)
     lines = [[polyline(part.points[front]) for front in part.fronts] for part in parts]
@@ -228,7 +232,7 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
     if (off > spacing).any():
         worst = int(off.argmax())
         raise CraftmeshError(
-            f"row {worst + 1} of the front lies {off[worst]:.4g} off the crack's fronts, and at most "
+            f"row {worst + 1} of sif.csv lies {off[worst]:.4g} away from the crack's fronts, but at most "
             f"{spacing:.4g} is allowed; give the crack from which this front was meshed"
         )
     result = in_order(nearest, arc, len(lines))
@@ -253,7 +257,10 @@ def in_order(nearest: np.ndarray, arc: np.ndarray, count: int) -> list[tuple[np.
 def nearest_feet(
     lines: Sequence[Polyline], places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return index (n,) of the front nearest to places (n, 3), arc length on it, distance from it (n,)."""
+    """Return for places (n, 3) the index of the nearest front, arc length on it, and distance (n,) from it.
+
+    lines: the fronts.
+    """
     arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
     nearest = distances.argmin(axis=0)
     row = np.arange(len(places))
@@ -261,7 +268,7 @@ def nearest_feet(
 
 
 def row_spacing(places: np.ndarray) -> float:
-    """Return the median distance of successive places (n, 3) of fronts, an edge length of the mesh."""
+    """Return the median distance of successive front nodes at `places` (n, 3): their edge length."""
     return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1)))
 
 

@@ -25,8 +25,8 @@ STANDS = "no point of the front extends"
 class Grown(NamedTuple):
     """The result of one increment.
 
-    crack: the grown crack, or the given one if growth ends; step: the step from which its strip was laid;
-    ended: the reason why growth ends, or ""; warnings: one line each.
+    crack: the grown crack, or the given crack if growth ends; step: the step from which the new strip of
+    crack surface was laid; ended: why growth ends, "" if it goes on; warnings: one line each.
     """
 
     crack: Crack
@@ -47,9 +47,12 @@ def grow_crack(
     """Return the crack grown by one increment in a body, and a report.
 
     ways: the columns of sif.csv, as `front_extensions` returns them; frames: the columns of front.csv, as
-    `front_frames(mesh).columns()` returns them. last: the previous step; its strip is laid again by the
-    kinks found at its end, if that is possible. Severing is detected only in a body of voxels. Raise
-    CraftmeshError for missing columns, for columns of different meshes, and as `grow`.
+    `front_frames(mesh).columns()` returns them. last: the previous step; its strip of crack surface is laid
+    again by the kinks found at its end, or stays, with a warning, if that is not possible. Severing is
+    detected only in a body of voxels. The report has areas before and after, ranges of kink angle,
+    extension and correction (degrees), `ended`, and counts of points by their reason to stay. Raise
+    CraftmeshError for missing columns, for columns of different meshes, and if the grown surface is no
+    valid crack.
     """
     step = _step_of(crack, ways, frames)
     along, box, warnings = step.along, body.box, _short_step(step.along)
@@ -103,7 +106,7 @@ def step_columns(step: Step) -> dict[str, np.ndarray]:
 
 
 def last_step(crack: Crack, columns: Mapping[str, np.ndarray]) -> Step:
-    """Return the step of a crack, restored from the columns of step.csv."""
+    """Return the step of a crack, restored from the columns of step.csv (`step_columns`)."""
     return _step(crack, columns, columns, trusted=np.asarray(columns["trusted"]) > 0)
 
 
@@ -136,7 +139,7 @@ def _step(
 ) -> Step:
     """Return the step from columns (kink angles in degrees) and `known` fields of FrontStep.
 
-    All points have one rate unless there are columns rate and power.
+    Without the columns rate and power, all points have the rate 1 and the power 0.
     """
     if {"rate", "power"} <= ways.keys():
         known |= {name: ways[name] for name in ("rate", "power")}

@@ -17,17 +17,18 @@ from craftmesh.surface.measure import span_of
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.surface.side_data import coordinates_hint, spans_told
 
-# Largest kink angle tried for the energy release rate, degrees; the rate peaks at 76 in pure mode II.
+# Degrees: largest kink angle tried for the energy release rate, which in pure mode II peaks at 76.
 WIDEST = 85.0
 STEP = 0.25  # degrees between tried angles; a parabola through the best three finds the angle to 1e-3
-# Columns of K in the order of the near fields: one per displacement along binormal, normal, tangent.
+# Columns of K in the order of the near fields, whose modes displace along binormal, normal and tangent:
+# K_II, K_I, K_III.
 ORDER = (1, 0, 2)
-# Search radius around a point on the ring, in ring radii; field points within it are averaged, weighted by
-# inverse distance.
+# Radius, relative to the ring's, around a point of the ring on which slip is read. Table points within it
+# are averaged, weighted by inverse distance.
 NEAR = 0.5
-# Tolerance of two angles. A slip line may point backwards by it, so that a line perpendicular to the crack
-# counts in both senses. A slip plane within it of the plane normal to the front has no line, and is
-# skipped.
+# Tolerance of two angles, in radians. A slip line may point backwards by it, so that a line perpendicular
+# to the crack counts in both senses. A slip plane whose angle to the plane normal to the front is less has
+# no clear line in that plane, and is skipped.
 LEEWAY = np.radians(5)
 
 
@@ -35,13 +36,14 @@ def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
     """Return the kink angle (n,) of front points in radians, by options.criterion.
 
     K_I < 0 counts as 0, except in user-supplied functions. The angle of the largest tangential stress is 0
-    where this stress is not above the doubt of K, as under K_III alone: it would follow the noise of K_I
-    and K_II. Raise CraftmeshError if the criterion needs orientations or slip that the points lack, and as
-    `own_values`.
+    where the intensity of this stress is not above the doubt (estimated error) of K, as under K_III alone,
+    because it would follow the noise of K_I and K_II. Raise CraftmeshError if the criterion needs stiffness
+    or slip angles that the points lack, and if a user-supplied function is not found or returns anything
+    but n finite numbers.
     """
     if options.criterion == SLIP:
         if np.isnan(front.slip_angle).any():
-            raise CraftmeshError("grow.criterion is slip, but slip_angle is NaN; pass slip_ways' angles")
+            raise CraftmeshError("grow.criterion is slip, but slip_angle is NaN; pass angles of slip_ways")
         return front.slip_angle
     if options.criterion == NEAR_FIELD:
         angle, pull = largest_near_stress(opened(front.k), in_crystals(front))
@@ -56,15 +58,15 @@ def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
 def in_crystals(front: FrontPoints) -> np.ndarray:
     """Return the stiffness (n, 6, 6) at the points; raise CraftmeshError if it is not known."""
     if np.isnan(front.stiffness).any():
-        raise CraftmeshError("grow.criterion is near_field, but stiffness is NaN; pass the crystals' own")
+        raise CraftmeshError("grow.criterion is near_field, but stiffness is NaN; pass known values")
     return front.stiffness
 
 
 def own_values(key: str, name: str, known: Sequence[str], count: int, *given: object) -> np.ndarray:
-    """Return the `count` finite numbers that the user's function `name` returns for `given`.
+    """Return the `count` finite numbers that the user's function `name` returns for the arguments `given`.
 
-    key: the option; known: its built-in values. Raise CraftmeshError if the function cannot be found or
-    returns anything else.
+    key: the option that names it; known: built-in values of the option. Raise CraftmeshError if the
+    function cannot be found or returns anything else.
     """
     values = np.asarray(own_code(key, name, known)(*given), float)
     if values.shape != (count,) or not np.isfinite(values).all():
@@ -84,8 +86,9 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float) -> np.ndarray:
     """Return the kink angle (n,) in radians for K_I, K_II, K_III (n, 3), positive towards the normal.
 
     criterion: tangential_stress (Erdogan & Sih 1963), which solves K_I sin(t) + K_II (3 cos(t) - 1) = 0;
-    richard (Richard, Fulland & Sander 2005); straight, 0; or energy_release, the angle at which a short
-    kink releases most (`energy_release`). A closed crack (K_I < 0) counts as K_I = 0.
+    richard (Richard, Fulland & Sander 2005); straight, with angle 0; or energy_release, the angle at which
+    a short kink has the largest energy release rate (`energy_release`). A closed crack (K_I < 0) counts as
+    K_I = 0. The angle is 0 where K_I and K_II are 0.
     """
     k = opened(np.asarray(k, float).reshape(-1, 3))
     if criterion == "richard":
@@ -95,7 +98,7 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float) -> np.ndarray:
     if criterion == "straight":
         return np.zeros(len(k))
     size = np.abs(k[:, :2]).max(axis=1, keepdims=True, initial=0.0)
-    k = np.where(size > 0, k / np.where(size > 0, size, 1.0), 0.0)  # the angle depends on ratios of K alone
+    k = np.where(size > 0, k / np.where(size > 0, size, 1.0), 0.0)  # the angle depends only on ratios of K
     if criterion == STRESS:
         k1, k2, _ = k.T
         below = k1 + np.sqrt(k1**2 + 8 * k2**2)
@@ -129,9 +132,10 @@ def _peak(angles: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarray:
-    """Return E / (1 - nu^2) times the energy release rate (n, m) of kinks at `angle` (n, m) or (1, m).
+    """Return E / (1 - nu^2) times the energy release rate (n, m) of short kinks at angles (n, m) or (1, m).
 
-    K_I and K_II of the kinks are by Amestoy & Leblond (1992), K_III is exact; k (n, 3): K before the kink.
+    k (n, 3): K before the kink. K_I and K_II at the end of the kink follow Amestoy & Leblond (1992), K_III
+    is exact. A negative K_I there counts as 0.
     """
     k1, k2, k3 = (k[:, [mode]] for mode in range(3))
     f11, f12, f21, f22 = kink_factors(angle)
@@ -142,9 +146,10 @@ def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarr
 
 
 def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return F_11, F_12, F_21, F_22 for K_I, K_II of a short kink from K before it (Amestoy & Leblond).
+    """Return the factors F_11, F_12, F_21, F_22 of a short kink at `angle` (Amestoy & Leblond 1992).
 
-    The kink's K_I is F_11 K_I + F_12 K_II. angle: radians, within +-85 degrees, any shape.
+    The kink's K_I is F_11 K_I + F_12 K_II and its K_II is F_21 K_I + F_22 K_II, with K before the kink.
+    angle: radians, any shape; the series hold within +-85 degrees (not checked).
     """
     m, p = np.asarray(angle, float) / np.pi, np.pi
     even, odd = m[..., None] ** np.arange(0, 21, 2), m[..., None] ** np.arange(1, 20, 2)
@@ -163,8 +168,9 @@ def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray,
 def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angles (n,) in radians of the largest tangential stress for K (n, 3), and its intensity (n,).
 
-    The intensity is the stress times sqrt(2 pi r), so it is K_I straight ahead in pure mode I. The angle is
-    0 if K is 0. stiffness (n, 6, 6): over 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent.
+    The intensity is the stress times sqrt(2 pi r), so it is K_I straight ahead in pure mode I. Angles up to
+    WIDEST_IN_CRYSTALS are searched; the angle is 0 if K is 0. stiffness (n, 6, 6): over 11, 22, 33, 12, 13,
+    23 in the axes binormal, normal, tangent.
     """
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     fine = _angles_within(WIDEST_IN_CRYSTALS)
@@ -180,7 +186,10 @@ def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.n
 
 @lru_cache(maxsize=1)  # each end of each load cycle asks for the fields of the same points
 def near_field_of(stiffness: bytes) -> NearField:
-    """Return the near field in crystals, from the bytes of their stiffness (k, 6, 6)."""
+    """Return the fields near the front in crystals, from the bytes of their stiffness (k, 6, 6).
+
+    The bytes are the key of the cache; only the last result is kept.
+    """
     return near_field(np.frombuffer(stiffness).reshape(-1, 6, 6))
 
 
@@ -198,11 +207,11 @@ def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray,
 
 @dataclass(frozen=True, eq=False)
 class SlipField:
-    """Activity of slip planes at points (k, 3).
+    """Activity of p slip planes at points (k, 3), from a table of the user.
 
-    normals (p, 3): plane normals in crystal axes. activity (k, p): accumulated slip of each plane, or any
-    fatigue indicator that grows with it. grain (k,): grain of each point, None if unknown. source: name of
-    the table in error messages.
+    normals (p, 3): plane normals in crystal axes, of any length. activity (k, p): accumulated slip of each
+    plane, or any fatigue indicator that grows with it. grain (k,): grain of each point, None if unknown.
+    source: name of the table in error messages.
     """
 
     points: np.ndarray
@@ -217,12 +226,13 @@ def slip_ways(
 ) -> np.ndarray:
     """Return kink angles (n,) in radians along the slip plane that is most active ahead of each front node.
 
-    A slip plane meets the plane normal to the front in a line that points forwards. The plane's activity is
-    read where this line crosses a ring around the node, of radius `ring` local edges. The angle is 0 where
-    no plane slips. turns (n, 3, 3): active rotations from crystal to sample axes at the nodes. grain (n,):
-    grains of the nodes; if the field's points have grains, a node reads points of its grain only, and
-    planes whose line has left the grain at the ring do not count.
-    Raise CraftmeshError if the field has no such point near a crossing.
+    A slip plane meets the plane normal to the front in a line, of which the part that points forwards
+    counts. The plane's activity is the mean of field.activity near the point where this line crosses a ring
+    around the node, with a radius of `ring` local edges; the plane with the largest is the most active. The
+    angle is 0 where no plane slips. turns (n, 3, 3): active rotations from crystal to sample axes at the
+    nodes. grain (n,): grains of the nodes; if the field's points have grains, a node reads points of its
+    grain only, and planes whose line has left the grain at the ring do not count. Raise CraftmeshError if
+    the field has no point of any grain near a crossing.
     """
     normals = np.einsum("nij,pj->npi", turns, field.normals / _length(field.normals))
     lines = np.cross(normals, frames.tangent[:, None])
@@ -248,7 +258,7 @@ def slip_ways(
         if grain is not None and of_points is not None:
             near = near[of_points[near] == grain[node]]
             if not len(near):
-                continue  # there the plane's line has left the grain
+                continue  # the plane's line has left the grain where it crosses the ring
         off = np.linalg.norm(field.points[near] - place, axis=1)
         weight = 1 / np.maximum(off, SAME_PLACE * radius)
         slip[node, plane, sense] = np.average(field.activity[near, plane], weights=weight)

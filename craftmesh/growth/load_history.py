@@ -11,12 +11,12 @@ from craftmesh.growth.options import LEAST_RATIO
 
 
 def rainflow_blocks(loads: Iterable[float]) -> tuple[str, ...]:
-    """Return the rows of `GrowthOptions.blocks` for a load history, which is repeated without end.
+    """Return the rows "NUMBER,LARGEST,SMALLEST" of `GrowthOptions.blocks` for a load history.
 
-    loads: factors on the first load case, in order of time. Counting starts at the largest load, so all
-    cycles are whole (ASTM E1049-85, 5.4.5). Equal cycles share a row. Cycles without tension are left out.
-    A smallest load under LEAST_RATIO times the largest is raised to this value. Raises CraftmeshError if a
-    load is not finite, or if no cycle is left.
+    loads: factors on the first load case, in order of time; the history is repeated without end. Counting
+    starts at the largest load, so all cycles are whole (ASTM E1049-85, 5.4.5). Equal cycles share a row.
+    Cycles without tension are left out. A smallest load under LEAST_RATIO times the largest is raised to
+    this value. Raises CraftmeshError if a load is not finite, or if no cycle is left.
     """
     with extra("spectrum"):
         import rainflow
@@ -27,7 +27,7 @@ def rainflow_blocks(loads: Iterable[float]) -> tuple[str, ...]:
         history = np.roll(history, -int(np.argmax(history)))
     numbers: Counter[tuple[float, float]] = Counter()
     for span, mean, number, *_ in rainflow.extract_cycles([*history, *history[:1]]):
-        # sums of two loads: the last digits differ from the loads' own
+        # rounded, because these sums differ from the given loads in the last digits
         largest, smallest = (float(f"{mean + half:.12g}") for half in (span / 2, -span / 2))
         if span > 0 and largest > 0:
             numbers[largest, max(smallest, LEAST_RATIO * largest)] += number

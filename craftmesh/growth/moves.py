@@ -11,15 +11,15 @@ from craftmesh.growth.trust import END, or_all
 from craftmesh.mesh.cubic_basis import even_basis
 from craftmesh.mesh.front_curve import square_to, unit, ways_along
 
-# Knot spacing of the fit, in front spacings. With 4 the fit follows the kink angle along an inclined penny,
-# radius ten spacings, within its noise; the same holds for K.
+# Knot spacing of the fit, in row spacings (a row is a front node with K). With 4 the fit follows the kink
+# angle along an inclined penny with a radius of ten spacings within the angle's noise, and K too.
 KNOTS = 4.0
 # Smallest reach of the fit, in extensions; the fit halves waves of wave number 1 / reach. A front that is
-# off its plane by a wave of number k turns back by k times that per unit of extension (Movchan, Gao &
-# Willis 1998; Poisson's ratio 0). So a step longer than 1 / k overshoots the plane; 3^(3/4) / 4 is the
-# smallest value with which the fit lets no wave overshoot. The reach is also at least one front spacing:
-# then row noise at an end comes through doubled. With a sixth of a spacing it came through twentyfold,
-# which folded a crack whose kink angles jump by 10 degrees between grains.
+# off its plane by a wave of wave number k turns back by k times its height per unit of extension (Movchan,
+# Gao & Willis 1998; Poisson's ratio 0). So a step longer than 1 / k overshoots the plane; 3^(3/4) / 4 is
+# the smallest value with which the fit lets no wave overshoot. The reach is also at least one row spacing:
+# then the noise of rows at an end is doubled. With a sixth of a spacing it became twentyfold, which folded
+# a crack whose kink angles jump by 10 degrees between grains.
 OF_STEP = 0.57
 # Integral of the square of a cubic B-spline with knot spacing 1.
 MEAN_SQUARE = 151 / 315
@@ -28,9 +28,10 @@ GAP = 3.0
 
 
 def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of a front's points that stay; its rows at arc lengths s (n,) move where `goes`.
+    """Return a mask (k,) of a front's points that stay.
 
-    A point stays if its nearest row stays, or if it is the nearest point of a row that stays.
+    s, goes (n,): arc lengths of the front's rows, and mask of rows that move. A point stays if its nearest
+    row stays, or if it is the nearest point of a row that stays.
     """
     way = ways_along(line.arc, s, line.length, line.closed)
     rest = ~goes[way.argmin(axis=1)]
@@ -41,10 +42,10 @@ def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarra
 
 
 def beside_rest(line: Polyline, rest: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return moves (k, 3) cut to the distance along the front to the nearest point that stays, `rest` (k,).
+    """Return moves (k, 3), shortened to the distance along the front to the nearest point that stays.
 
-    So the new front leaves the old one at 45 degrees at most. K and extension do not jump along a front,
-    and elements at a sharper corner would be slivers.
+    rest (k,): mask of points that stay. So the new front leaves the old one at 45 degrees at most. K and
+    extension do not jump along a front, and elements at a sharper corner would be slivers.
     """
     room = ways_along(line.arc, line.arc[rest], line.length, line.closed).min(axis=1, initial=np.inf)
     size = np.linalg.norm(moves, axis=1)
@@ -111,7 +112,7 @@ def _fitted(
 ) -> np.ndarray:
     """Return values (k, m) at arc lengths `at` (k,) of the smoothing spline for values (n, m) at s (n,).
 
-    The fit minimizes squared residuals plus reach^4 times the squared second derivative. So a wave of
+    The fit minimizes squared residuals plus reach^4 times the squared second derivative. So a wave of wave
     number k keeps the fraction 1 / (1 + (k reach)^4), and an open front continues straight at its ends. The
     slope from end to end of an open front is penalized by reach^3 times its square, so that the front of a
     plate with few edges does not twist on noise. length: of the front; knots: knot spacing.

@@ -1,4 +1,4 @@
-"""Mean stress over what a crack leaves of the section that is perpendicular to the largest tension."""
+"""Mean stress over the net section: what a crack leaves of a section normal to the largest tension."""
 
 from collections.abc import Mapping
 
@@ -17,9 +17,9 @@ from craftmesh.types import TetMesh
 def largest_net_stress(
     model: ElasticModel, fields: Mapping[str, np.ndarray], options: GrowthOptions, first: str
 ) -> float:
-    """Return the largest `net_stress` at the loads of the options' cycles.
+    """Return the largest mean stress over the net section (`net_stress`) at both ends of all load cycles.
 
-    fields: displacements (n, 3) by load case; first: the load case of loads without a name.
+    fields: displacements (n, 3) by load case; first: the load case that a load without a name stands for.
     """
     loads = {load for block in options.cycles() for load in (block.largest, block.smallest)}
     models = model.by_load()
@@ -29,9 +29,9 @@ def largest_net_stress(
 def net_stress(model: ElasticModel, displacement: np.ndarray) -> float:
     """Return the mean tension over the net section under a displacement field (n, 3).
 
-    The body's mean stress acts on the section through the middle of the crack, perpendicular to its largest
-    principal stress. It is carried by this section without the crack's projection on it; inf if the
-    projection is not smaller.
+    The gross section goes through the middle of the crack, perpendicular to the largest principal stress of
+    the body's mean stress. The net section is this section without the crack's projection on it; it carries
+    the same force. The result is inf if the projection is at least as large as the section.
     """
     mesh = model.mesh
     tension, axes = np.linalg.eigh(mean_stresses(model, displacement)[COMPONENT])

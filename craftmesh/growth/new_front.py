@@ -9,11 +9,12 @@ import scipy
 from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.surface.rounding import ON_PLANE
 
-# Smallest distance of successive points, in spacings; nearer points are dropped before a spline is fitted.
+# Smallest distance of successive points, in units of the new front's spacing; nearer points are dropped
+# before a spline is fitted.
 CLOSE = 0.1
 # Smallest distance by which a moved front end lies outside its box plane, in lengths of the end's move. If
-# an end is in the plane, the strip's edge from old to new end lies in it too. Where this edge met a box
-# edge, the crack's traces on the two faces did not join.
+# an end lay in the plane, the strip's edge from old to new end would lie in it too. Where such an edge met
+# a box edge, the crack's traces on the two faces did not join.
 BEYOND = 0.25
 
 
@@ -47,9 +48,9 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
     """Return triangles (m, 3) between the fronts `old` and `new` (ids), oriented as the surface behind.
 
     arc: arc lengths of the old front's points; origin: arc lengths on the old front from which the new
-    front's points come, ascending. Each triangle takes the next point, of either front, that comes first
+    front's points come, ascending. Each triangle takes the next point of the front whose point comes first
     along the old front. There is no triangle where both fronts share points, and none with all corners on
-    the old.
+    the old front.
     """
     rows, shared = [], set(old.tolist()) & set(new.tolist())
     i, j = 0, 0
@@ -183,7 +184,7 @@ def _carried_out(
     normal: np.ndarray,
     repairs: Counter[str],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and origin of a moved front whose first point lies beyond a box plane of its old `end`.
+    """Return points and origin of a moved front, changed so that it begins beyond a box plane.
 
     A front that comes back into the box within one length of the end's move is cut off before. If the first
     point is not beyond, the front is continued past the nearest of these planes: straight on, or in the

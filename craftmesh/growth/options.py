@@ -15,15 +15,15 @@ CRITERIA = (STRESS, "energy_release", "richard", "straight", NEAR_FIELD, SLIP)
 DRIVING = (STRESS, "K_I", "energy_release", "richard", "tanaka")
 LAWS = ("uniform", "power")
 LEAST_RATIO = -2.0  # smallest stress ratio R that Newman's opening function covers
-# Smallest and largest rate, in median rates. Both hold where da/dN is not known in its unit (`limits`);
-# MOST also shortens steps (`steps.step_length`).
+# Smallest and largest rate of a point, relative to the median rate. Both hold if da/dN is not known in its
+# unit (`limits`); MOST also shortens steps (`steps.step_length`).
 LEAST, MOST = 0.2, 2.0
 
 
 class Block(NamedTuple):
-    """Identical load cycles: their number, and the factor and load case at the peak and at the valley.
+    """Identical load cycles: their number, and a pair (factor, load case) for their two ends.
 
-    The load case "" is the first one.
+    The load is the factor times the load case; the load case "" is the first one.
     """
 
     number: float
@@ -32,14 +32,14 @@ class Block(NamedTuple):
 
     @property
     def ratio(self) -> float | None:
-        """The stress ratio R; None if the ends are of two load cases."""
+        """The stress ratio R, smallest over largest factor; None if the ends are of two load cases."""
         (most, one), (least, other) = self.largest, self.smallest
         return least / most if one == other else None
 
 
 @dataclass(frozen=True)
 class GrowthOptions(Options):
-    """Kink angles and extensions from the stress intensities along a front; lengths in model units."""
+    """Options of growth: how K along a front gives kink angles and extensions; lengths in model units."""
 
     criterion: str = option(
         STRESS,
@@ -140,9 +140,10 @@ class GrowthOptions(Options):
             )
 
     def cycles(self) -> tuple[Block, ...]:
-        """Return the load cycles of `blocks`, or else one cycle by `cycle` and `stress_ratio`.
+        """Return the load cycles in the rows of `blocks`, or else one cycle by `cycle` and `stress_ratio`.
 
-        Raise CraftmeshError for a row of another form, and for loads out of order or out of bounds.
+        Raise CraftmeshError for a row of another form, and if a row of one load case has a largest factor
+        <= 0 or a stress ratio out of bounds.
         """
         if not self.blocks:
             first, second = (*self.cycle, "", "")[:2]
@@ -179,7 +180,7 @@ class SmoothingOptions(Options):
 
 @dataclass(frozen=True)
 class CorrectionOptions(Options):
-    """Correction of a step to the chord of the crack's path, instead of the path's first tangent."""
+    """Option to correct the last step, so that it follows the chord of the path, not its first tangent."""
 
     correct: bool = option(
         True, "before each new strip, lay the last one again, turned by half of the kink found at its end"
@@ -187,7 +188,7 @@ class CorrectionOptions(Options):
 
 
 def _block(row: str) -> Block:
-    """Return the load cycles that a row of `blocks` describes; raise CraftmeshError."""
+    """Return the load cycles in a row of `blocks`; raise CraftmeshError for a row of another form."""
     try:
         count, *loads = row.split(",")
         block = Block(float(count), *map(_load, loads))
@@ -198,13 +199,16 @@ def _block(row: str) -> Block:
     except (ValueError, TypeError):
         raise CraftmeshError(
             f"blocks: {row!r} is no row; write CYCLES,LARGEST,SMALLEST with CYCLES > 0, and a factor, CASE "
-            f"or FACTOR*CASE for each load; of one case LARGEST > 0 and {LEAST_RATIO:g} <= R < 1"
+            f"or FACTOR*CASE for each load; within one case LARGEST > 0 and {LEAST_RATIO:g} <= R < 1"
         ) from None
     return block
 
 
 def _load(text: str) -> tuple[float, str]:
-    """Return factor and load case of a text such as 0.5, peak or 0.5*peak; raise ValueError."""
+    """Return factor and load case of a text such as 0.5, peak or 0.5*peak.
+
+    Raise ValueError if the factor is no finite number.
+    """
     factor, star, name = text.strip().rpartition("*")
     if not star:
         try:
@@ -226,7 +230,7 @@ def check_cycle(options: GrowthOptions, loads: Sequence[str]) -> None:
 
 
 def check_own(options: GrowthOptions) -> None:
-    """Raise CraftmeshError unless criterion and driving are built in or name user-supplied functions."""
+    """Raise CraftmeshError unless criterion and driving are built in or name functions that exist."""
     for key, name, known in (
         ("criterion", options.criterion, CRITERIA),
         ("driving", options.driving, DRIVING),

@@ -18,9 +18,9 @@ Key = int | str | None
 class LoadCycle(NamedTuple):
     """A load cycle at n front points; user-supplied laws get this record.
 
-    driving (n,): driving force at the end of the cycle where it is larger; ratio (n,): stress ratio R;
-    delta_k (n,): effective Delta K, with closure; angle (n,): kink angle, radians; front: the points, with
-    K at that end.
+    driving (n,): driving force at the peak, the end of the cycle where it is larger; ratio (n,): stress
+    ratio R; delta_k (n,): effective Delta K, with closure; angle (n,): kink angle, radians; front: the
+    points, with K at the peak.
     """
 
     driving: np.ndarray
@@ -30,7 +30,7 @@ class LoadCycle(NamedTuple):
     front: FrontPoints
 
     def scaled(self, scale: float) -> "LoadCycle":
-        """Return the cycle with `scale` times the loads."""
+        """Return the cycle at `scale` times the loads; the kink angles are not computed again."""
         return self._replace(
             driving=scale * self.driving,
             delta_k=scale * self.delta_k,
@@ -39,7 +39,7 @@ class LoadCycle(NamedTuple):
 
 
 def largest(cycles: Sequence[LoadCycle]) -> LoadCycle:
-    """Return the cycle with the largest driving force at each point."""
+    """Return one load cycle with each point's values from its cycle with the largest driving force."""
     which = np.argmax([one.driving for one in cycles], axis=0)
     row = np.arange(len(which))
     parts = zip(*((one.driving, one.ratio, one.delta_k, one.angle, one.front.k) for one in cycles))
@@ -48,9 +48,10 @@ def largest(cycles: Sequence[LoadCycle]) -> LoadCycle:
 
 
 class RateLaw(NamedTuple):
-    """da/dN (n,) of a load cycle; 0: up to the threshold, inf: from K_c on.
+    """A law of da/dN.
 
-    has_ratio: True if the law contains the effect of R, so that there is no other closure.
+    rate: function that returns da/dN (n,) of a load cycle, 0 up to the threshold and inf from K_c on;
+    has_ratio: True if the law contains the effect of R, so that options.closure must be none.
     """
 
     rate: Callable[[LoadCycle], np.ndarray]
@@ -63,7 +64,10 @@ def paris(coefficient: float, exponent: float, threshold: float = 0.0) -> RateLa
 
 
 def walker(coefficient: float, exponent: float, gamma: float, threshold: float = 0.0) -> RateLaw:
-    """Return Walker's law da/dN = C (Delta K / (1 - R)^(1 - gamma))^m; the threshold is that at R = 0."""
+    """Return Walker's law da/dN = C (Delta K / (1 - R)^(1 - gamma))^m; a negative R counts as 0.
+
+    threshold: of Delta K at R = 0.
+    """
 
     def rate(cycle: LoadCycle) -> np.ndarray:
         at_zero = cycle.driving * (1 - np.maximum(cycle.ratio, 0.0)) ** gamma
@@ -73,7 +77,10 @@ def walker(coefficient: float, exponent: float, gamma: float, threshold: float =
 
 
 def forman(coefficient: float, exponent: float, toughness: float, threshold: float = 0.0) -> RateLaw:
-    """Return Forman's law da/dN = C Delta K^m / ((1 - R) K_c - Delta K), for Delta K above a threshold."""
+    """Return Forman's law da/dN = C Delta K^m / ((1 - R) K_c - Delta K), for Delta K above a threshold.
+
+    A negative R counts as 0; da/dN is inf from K_c on. Raise ValueError for K_c, `toughness`, <= 0.
+    """
     if toughness <= 0:
         raise ValueError
 
@@ -91,7 +98,8 @@ def nasgro(*constants: float) -> RateLaw:
 
     constants: C, n, p, q, threshold at R = 0, C_th at R >= 0 and at R < 0, K_c, and Newman's alpha and
     S_max. da/dN = C ((1 - f) K_max)^n (1 - Delta K_th / Delta K)^p / (1 - K_max / K_c)^q with Newman's f
-    and Delta K = (1 - R) K_max.
+    (`opening_level`), Delta K = (1 - R) K_max, and K_max the driving force. Raise ValueError for constants
+    out of bounds.
     """
     c, n, p, q, at_zero, above, below, toughness, alpha, largest = constants
     if not (toughness > 0 and 1 <= alpha <= 3 and 0 < largest < 1):
@@ -113,16 +121,19 @@ def nasgro(*constants: float) -> RateLaw:
 
 
 def table(*pairs: float) -> RateLaw:
-    """Return the law through points Delta K, da/dN, log-log linear, as `_through`."""
+    """Return the law through points, linear in ln(Delta K) and ln(da/dN).
+
+    pairs: Delta K, da/dN, Delta K, da/dN and so on, rising; the first Delta K is the threshold.
+    """
     points = _rising(np.reshape(pairs, (-1, 2)))
     return RateLaw(lambda cycle: _through(points, cycle.delta_k))
 
 
 def table_of_ratios(*triples: float) -> RateLaw:
-    """Return the law through points R, Delta K, da/dN: by `_through` for each R, ln(da/dN) linear in R.
+    """Return the law through points R, Delta K, da/dN, for each R as `table`, with ln(da/dN) linear in R.
 
-    The threshold is linear in R too. Beyond the smallest and largest R in the table these apply; Delta K of
-    a smaller R is that of the smallest R at the same largest load.
+    The threshold, the first Delta K of each R, is linear in R too. Beyond the table's R its smallest or
+    largest R applies; Delta K of a smaller R is then the range from the smallest R at the same peak.
     """
     rows = np.reshape(triples, (-1, 3))
     ratios = np.unique(rows[:, 0])
@@ -153,9 +164,10 @@ def _power(delta_k: np.ndarray, coefficient: float, exponent: float, threshold: 
 
 
 def _through(points: np.ndarray, delta_k: np.ndarray, beyond: bool = False) -> np.ndarray:
-    """Return the rate (n,) at Delta K (n,) through points (k, 2) of Delta K and rate, log-log linear.
+    """Return the rate (n,) at Delta K (n,), linear in both logarithms between points (k, 2).
 
-    The last two points set it beyond the last. It is 0 up to the first, unless `beyond`.
+    points: Delta K and rate, rising. Beyond the last point the line through the last two goes on. Up to the
+    first point the rate is 0 or, with `beyond`, on the line through the first two.
     """
     given, rates = np.log(points.T)
     powers = np.diff(rates) / np.diff(given)
@@ -167,7 +179,7 @@ def _through(points: np.ndarray, delta_k: np.ndarray, beyond: bool = False) -> n
 
 
 def _rising(points: np.ndarray) -> np.ndarray:
-    """Return points (k, 2).
+    """Return the given points (k, 2), checked.
 
     Raise ValueError unless there are at least two, and both columns are positive and strictly rising.
     """
@@ -210,9 +222,10 @@ class LocalRates(NamedTuple):
 
 
 def laws_of(options: GrowthOptions) -> dict[Key, RateLaw]:
-    """Return the laws of the options; raise CraftmeshError for options that contradict the laws.
+    """Return the options' rate laws by phase, GRAIN_<id>, or None for all grains.
 
     Without rates and coefficient, C of Paris' law is 1: relative extensions are right, cycles unknown.
+    Raise CraftmeshError for invalid laws and for options that contradict them.
     """
     if not options.rates:
         return {None: paris(options.coefficient or 1.0, options.exponent, options.threshold)}
@@ -283,7 +296,7 @@ def _law(kind: str, constants: str) -> RateLaw:
 
 
 def open_share(closure: str, stress_ratio: np.ndarray) -> np.ndarray:
-    """Return the effective Delta K of cycles with stress ratios R (n,), divided by K at the largest load.
+    """Return the effective Delta K of cycles with stress ratios R (n,), divided by K at their peak.
 
     closure none: 1 - R, with R < 0 as 0, because closed crack faces carry compression; open:U: U (1 - R);
     newman:ALPHA,SMAX: 1 - f with the opening function f of J. C. Newman, Int. J. Fract. 24 (1984),

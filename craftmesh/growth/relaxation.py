@@ -1,10 +1,10 @@
 """Extensions along a front over a whole step: K falls where the front runs ahead, and rises where it lags.
 
-A front wave of amplitude x and wave number k lowers K at its crests by x K (|k| - c) / 2, where c is the
-front's mean curvature. This is exact to first order for a straight front (Rice, J. Appl. Mech. 52, 1985)
-and a penny (Gao & Rice, Int. J. Fract. 33, 1987). A step integrates this part of da/dN exactly, and the
-rest by an exponential Runge-Kutta method (Cox & Matthews, J. Comput. Phys. 176, 2002). So no wave
-overshoots, however long the step is.
+A wave of the front's shape, of amplitude x and wave number k, lowers K at its crests by x K (|k| - c) / 2,
+where c is the front's mean curvature. This is exact to first order for a straight front (Rice, J. Appl.
+Mech. 52, 1985) and a penny (Gao & Rice, Int. J. Fract. 33, 1987). A step integrates this part of da/dN
+exactly, and the rest by an exponential Runge-Kutta method (Cox & Matthews, J. Comput. Phys. 176, 2002). So
+no wave overshoots the straight front, however long the step is.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,14 +16,15 @@ import scipy
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.grow import FINENESS, LEAST_ROWS, in_order, nearest_feet
 
-SMALL = 1e-4  # argument below which the phi functions are computed by their series
+SMALL = 1e-4  # argument below which the functions _phi1 and _phi2 are computed by their series
 Gain = Callable[[np.ndarray], np.ndarray]
 
 
 class FrontRows(NamedTuple):
-    """Rows of one front in order; row (k,): their ids, s (k,): their arc lengths.
+    """Rows of one front, that is, its nodes with K, in order; row (k,): their ids, s (k,): arc lengths.
 
-    length: of the front, from first to last row if it is open; curvature: its mean curvature.
+    length: of the front, from first to last row if it is open; curvature: mean curvature of the front,
+    positive if it is convex ahead of the crack.
     """
 
     row: np.ndarray
@@ -34,7 +35,10 @@ class FrontRows(NamedTuple):
 
 
 def rows_along(lines: Sequence[Polyline], points: np.ndarray, binormal: np.ndarray) -> list[FrontRows]:
-    """Return the rows of each front that has at least LEAST_ROWS, from all points and binormals (n, 3)."""
+    """Return the rows of each front that has at least LEAST_ROWS.
+
+    lines: the crack's fronts; points, binormal (n, 3): of all rows, which belong to their nearest fronts.
+    """
     nearest, arc, _ = nearest_feet(list(lines), points)
     found = []
     for line, (row, s) in zip(lines, in_order(nearest, arc, len(lines))):
@@ -53,8 +57,8 @@ def rows_along(lines: Sequence[Polyline], points: np.ndarray, binormal: np.ndarr
 def over_step(rate: np.ndarray, power: float, step: float, fronts: Sequence[FrontRows]) -> np.ndarray:
     """Return the extensions (n,) of a step from the relative rates (n,) at its start.
 
-    step: extension of a straight front with rate 1 everywhere; power: d ln(rate) / d ln(K). Points with
-    rate 0 stay.
+    step: extension of a straight front with rate 1 everywhere; power: d ln(rate) / d ln(K), one number.
+    Points with rate 0 stay.
     """
     relaxed = _with_gain(rate, fronts, lambda decay: _phi1(power * step * decay))
     return np.where(rate > 0, step * np.maximum(relaxed, 0.0), 0.0)
@@ -63,10 +67,10 @@ def over_step(rate: np.ndarray, power: float, step: float, fronts: Sequence[Fron
 def over_step_again(
     rate: np.ndarray, extension: np.ndarray, reached: np.ndarray, power: float, fronts: Sequence[FrontRows]
 ) -> np.ndarray:
-    """Return corrected extensions (n,) of a step from its rates (n,) at the start and `reached` at the end.
+    """Return corrected extensions (n,) of a step from the rates (n,) at its start and `reached` at its end.
 
-    extension (n,): the first extensions, at whose end the rates `reached` were found; power: as in
-    `over_step`.
+    extension (n,): the extensions at whose end the rates `reached` (n,) were found; power: d ln(rate) /
+    d ln(K).
     """
     if not (rate > 0).any():
         return extension
@@ -78,10 +82,10 @@ def over_step_again(
 
 
 def _with_gain(values: np.ndarray, fronts: Sequence[FrontRows], gain: Gain) -> np.ndarray:
-    """Return values (n,) of rows after each wave along a front is multiplied by the gain of its decay.
+    """Return values (n,) of rows after each wave of them along a front is multiplied by a factor.
 
-    gain: returns factors (m,) for decays (m,), the losses of ln K per unit extension. Rows on no front are
-    multiplied by the gain at decay 0.
+    gain: returns the factors (m,) for decays (m,) of the waves; a decay is the loss of ln K at a crest per
+    unit extension. Rows on none of the `fronts` are multiplied by the factor at decay 0.
     """
     result = np.full(len(values), np.nan)
     for front in fronts:

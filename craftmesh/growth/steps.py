@@ -12,20 +12,21 @@ from craftmesh.surface.dividing import bisected
 from craftmesh.types import Crack
 
 ROOT = 0.5  # exponent of the crack's size in K under a constant load
-# Relative error of the crack's size, and spacing of sampled points on a front, in lengths of the longest.
+# Largest relative error of the crack's size, and spacing of sampled points on the fronts, relative to the
+# length of the longest front.
 TOLERANCE = 1e-3
-# Largest step, in front lengths. By Paris' law with m = 3 a step of 2 / (pi m) reduces the longest
-# variation of K that a front can have, half a wave, to 1 / e (see `relaxation`).
+# Largest step, relative to the front's length. By Paris' law with m = 3, a step of 2 / (pi m) front lengths
+# reduces the longest variation of K that a front can have, half a wave, to 1 / e (`relaxation`).
 OF_FRONT = 0.2
 
 
 class Counted(NamedTuple):
-    """A front and its load cycles, from which the next front's cycles are counted.
+    """A front and its load cycles, from which the load cycles of the next front are counted.
 
-    increment: number of its step, from 0; size: crack size; step: extension from here; rate: median da/dN
-    of points that extend; power: their median d ln(da/dN) / d ln(K); error: relative error of K. cycles,
-    doubt: load cycles from the first front to this one, and their uncertainty; ahead, ahead_doubt: the same
-    for the next step.
+    size: crack size; step: median extension from here, 0 if the front stays; rate: median da/dN of points
+    that extend; power: their median d ln(da/dN) / d ln(K); error: relative error of Delta K. cycles, doubt:
+    load cycles from the first front to this one, and their estimated error; ahead, ahead_doubt: the same
+    for the next step. increment: number of this front's step, from 0.
     """
 
     size: float
@@ -41,9 +42,10 @@ class Counted(NamedTuple):
 
 
 def growth_to(last: Counted | None, rate: float, power: float) -> float:
-    """Return d ln(da/dN) / d ln(size) between the last front and one with that rate.
+    """Return d ln(da/dN) / d ln(crack size) between the last front and the front with da/dN = `rate`.
 
-    Without a last front, K is taken as proportional to size^ROOT, and power is d ln(da/dN) / d ln(K).
+    Without a last front it is ROOT * power, because K is taken as proportional to size^ROOT; power is
+    d ln(da/dN) / d ln(K).
     """
     if last is None:
         return ROOT * power
@@ -58,12 +60,13 @@ def increment_after(last: Counted | None) -> int:
 def counted(
     last: Counted | None, size: float, step: float, rate: float, power: float, error: float
 ) -> Counted:
-    """Return a front with the load cycles to it and of its next step; fields as in Counted.
+    """Return a front with the load cycles to it and of its next step; arguments are fields of Counted.
 
     Between two fronts da/dN is a power of the crack's size, as for penny, edge and through cracks; the next
-    step has the exponent of the last one. The doubt adds three parts: the difference from a path with
-    ln(da/dN) linear in the extension, between two fronts; K's own errors, taken as all of one sign; and for
-    the next step the whole effect of the change of K. The next step of a front with rate 0 has no cycles.
+    step has the exponent of the last one. The doubt (estimated error) of the cycles between two fronts is
+    the difference from a path with ln(da/dN) linear in the extension, plus the effect of the errors of K,
+    taken as all of one sign. The doubt of the next step has instead of the first part the whole effect of
+    the change of K. The next step of a front with rate 0 has no cycles.
     """
     cycles, doubt = _reached(last, rate, power * error) if last is not None else (0.0, 0.0)
     ahead = ahead_doubt = 0.0
@@ -75,9 +78,9 @@ def counted(
 
 
 def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
-    """Return the load cycles to a front with that rate, and their doubt; error: the rate's relative error.
+    """Return the load cycles from the first front to the front with da/dN = `rate`, and their doubt.
 
-    For a front with rate 0 they are the cycles predicted at the last front.
+    error: relative error of the rate. If the rate is 0, they are the cycles predicted at the last front.
     """
     if not rate > 0:
         return last.cycles + last.ahead, last.doubt + last.ahead_doubt
@@ -89,7 +92,10 @@ def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
 
 
 def cycles_over(step: float, size: float, rate: float, growth: float) -> float:
-    """Return the load cycles of a step from a crack of a size; da/dN begins with `rate`, ~ size^growth."""
+    """Return the load cycles of a step in which da/dN begins with `rate` and grows as size^growth.
+
+    size: crack size at the start; step: its increase.
+    """
     stretch, left = math.log1p(step / size), 1 - growth
     return size / rate * (math.expm1(left * stretch) / left if left else stretch)
 
@@ -98,8 +104,9 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
     """Return the crack's size: the largest distance of its points in the box (2, 3) from its fronts.
 
     This is the radius of a penny or half penny, the smaller semi-axis of an ellipse, the depth of an edge
-    crack, and the half width of a through crack. Triangles that may contain a point farther than the
-    farthest centre so far are bisected repeatedly.
+    crack, and the half width of a through crack. The search bisects triangles that may contain a point
+    farther away than the farthest centre of a triangle so far, until TOLERANCE is reached. The crack must
+    have a front (not checked).
     """
     fronts = [polyline(crack.points[front]) for front in crack.fronts]
     step = TOLERANCE * max(line.length for line in fronts)
@@ -119,9 +126,9 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
 
 
 def share_of_size(change: float, growth: float = ROOT) -> float:
-    """Return the step, in crack sizes, in which K ~ size^growth changes by the fraction `change`.
+    """Return the step, as a fraction of the crack size, in which K changes by the fraction `change`.
 
-    Exponents smaller than ROOT in magnitude count as ROOT.
+    K is taken as proportional to size^growth; a `growth` smaller than ROOT in magnitude counts as ROOT.
     """
     return float((1 + change) ** (1 / max(abs(growth), ROOT)) - 1)
 
@@ -131,11 +138,12 @@ def step_length(
 ) -> float:
     """Return the median extension of one step: options.extension or options.share, else a step from K.
 
-    front: length of the shortest front; edge: its edge length; growth: d ln(K) / d ln(size); farthest:
-    largest over median extension. In a step from K, K changes by options.change; it is at most OF_FRONT,
-    and shortened so that no point exceeds MOST times that step. It is at least one edge: a shorter step is
-    a kink within one element of the next mesh, where K is unreliable. Steps of 0.8 edges kinked by 53
-    degrees and again by 58 the same way, where one kink was due.
+    size: crack size; front: length of the shortest front; edge: edge length of the fronts; growth:
+    d ln(K) / d ln(size); farthest: largest over median extension. A step from K changes K by
+    options.change, but is at most OF_FRONT of the front's length, and is shortened so that no point extends
+    by more than MOST times that length. It is at least one edge: a shorter step is a kink within one
+    element of the next mesh, where K is unreliable. Steps of 0.8 edges kinked by 53 degrees and again by 58
+    in the same direction, where one kink was due.
     """
     if options.extension is not None:
         return options.extension

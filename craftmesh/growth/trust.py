@@ -1,4 +1,7 @@
-"""Select the front nodes that steer growth: one rule for kinks, rates, strips and the report."""
+"""Select the front nodes that steer growth, that is, whose own K counts.
+
+The same rule holds for kink angles, rates, the strips of new crack surface, and the report.
+"""
 
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -6,31 +9,31 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-# Flags of nodes whose K does not represent the front: it has no meaning at a free surface, at the end of a
-# material or along an interface, and has a large error at the others.
+# Flags of nodes whose K does not represent the front. K has no meaning at a free surface (end), at the end
+# of a material (limit) or along an interface; at nodes flagged short or error it has a large error.
 DOUBTED = frozenset(("end", "limit", "interface", "short", "error"))
 # Flags of nodes where the front leaves the body or a grain; they do not steer if any other node can.
 PIERCED = frozenset(("end", "limit", "pierce"))
-# Distance from a front's end, in front edges, within which nodes are doubted. K_II and K_III are unbounded
-# where a front meets a free surface, and integration domains reach over it: with these nodes the ends of a
-# tilted half penny kinked by 35 degrees, alternating in sign, at each increment.
+# Distance from a front's end, in front edges, within which nodes do not steer. K_II and K_III are unbounded
+# where a front meets a free surface, and integration domains reach beyond it: with these nodes the ends of
+# a tilted half penny kinked by 35 degrees, alternating in sign, at each increment.
 END = 2.0
 
 
 class Trust(NamedTuple):
-    """steers (n,): True at nodes whose own K counts; doubted: numbers of fronts without a reliable node."""
+    """steers (n,): mask of nodes whose own K counts; doubted: numbers of fronts without a reliable node."""
 
     steers: np.ndarray
     doubted: tuple[int, ...]
 
 
 def trusted(flags: Sequence[str], front: np.ndarray | None = None, s: np.ndarray | None = None) -> Trust:
-    """Return the nodes that steer, from their flags (n,), words joined by +, front numbers and arc lengths.
+    """Return the nodes that steer, and the fronts without reliable nodes.
 
-    A node steers if it has no flag of DOUBTED and is at least END edges from each end of its front. On a
-    front without such nodes, all except PIERCED ones steer, farther than END edges from the ends if
-    possible; if all are PIERCED, all steer. front (n,): None means one front; s (n,): arc lengths, None
-    skips END.
+    flags (n,): each node's flags, words joined by +. front (n,): front numbers, None means one front; s
+    (n,): arc lengths, None skips the distance from the ends. A node is reliable and steers if it has no
+    flag of DOUBTED and is at least END edges from each end of its front. On a front without such nodes, all
+    except PIERCED nodes steer, at least END edges from the ends if possible; if all are PIERCED, all steer.
     """
     number = np.zeros(len(flags), int) if front is None else np.asarray(front).astype(int)
     steers, pierced, ends = (~_has(flags, DOUBTED), _has(flags, PIERCED), _has(flags, {"end"}))
@@ -55,9 +58,10 @@ def or_all(trusted: np.ndarray, among: np.ndarray) -> np.ndarray:
 
 
 def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = None) -> np.ndarray:
-    """Return the index (n,) of the node whose K each node takes: its own if it steers (n,).
+    """Return the row (n,) of the node whose K each node takes.
 
-    Other nodes take K of the nearest steering node on their front (n,), or their own if it has none.
+    A node that steers (n,) takes its own K; others take K of the nearest steering node on their front, or
+    their own if there is none. points (n, 3); front (n,): front numbers, None means one front.
     """
     number = np.zeros(len(points), int) if front is None else front
     source = np.arange(len(points))
@@ -69,7 +73,7 @@ def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = N
 
 
 def doubted_sentence(fronts: Collection[int]) -> str:
-    """Return a sentence: no node of `fronts` (numbers) is reliable, and which nodes count instead."""
+    """Return a sentence: no node of `fronts` (numbers) has a reliable K, and which nodes count instead."""
     which = f"front{'s' * (len(fronts) > 1)} {', '.join(map(str, fronts))}"
     there = "all nodes count except those where a front leaves the body or a grain"
     return f"no node of {which} has a reliable K, so {there}"

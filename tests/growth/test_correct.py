@@ -110,5 +110,5 @@ def test_a_front_of_another_crack_is_refused():
     penny = prescribed_crack(BOX, PENNY)
     both = grow(penny, rows_of(penny, 0.0, ()), BOX, FIT)
     two = replace(both, fronts=(*both.fronts, *both.fronts))
-    with pytest.raises(CraftmeshError, match="number of sheets and fronts"):
+    with pytest.raises(CraftmeshError, match="number of surfaces or fronts"):
         corrected(Step(penny, rows_of(penny, 0.0, ())), Step(two, rows_of(both, 0.0, ())), BOX, FIT)

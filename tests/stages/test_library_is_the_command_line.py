@@ -149,5 +149,5 @@ def test_what_does_not_fit_is_refused_in_one_line(tmp_path):
     ways = {"node": frames["node"] + 1, "kink_angle": 0 * frames["s"], "extension": 0 * frames["s"]}
     with pytest.raises(cm.CraftmeshError, match="name different nodes"):
         cm.grow_crack(crack, voxels, ways, frames)
-    with pytest.raises(cm.CraftmeshError, match="no growth to count on from"):
+    with pytest.raises(cm.CraftmeshError, match="no load cycles to continue"):
         cm.counted_front({"cycles": 1.0})
