@@ -105,7 +105,7 @@ def test_a_front_of_another_crack_is_refused():
     crack = prescribed_crack(BOX, EDGE)
     last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
     far = grow(crack, rows_of(crack, 0.0, straight_ahead(0.0), 9.0), BOX, FIT)
-    with pytest.raises(CraftmeshError, match="would lie 7.5 off"):
+    with pytest.raises(CraftmeshError, match="would lie 7.5 from"):
         corrected(last, Step(far, rows_of(far, 0.0, straight_ahead(0.0))), BOX, FIT)
     penny = prescribed_crack(BOX, PENNY)
     both = grow(penny, rows_of(penny, 0.0, ()), BOX, FIT)
