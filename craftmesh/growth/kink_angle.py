@@ -58,7 +58,7 @@ def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
 def in_crystals(front: FrontPoints) -> np.ndarray:
     """Return the stiffness (n, 6, 6) at the points; raise CraftmeshError if it is not known."""
     if np.isnan(front.stiffness).any():
-        raise CraftmeshError("grow.criterion is near_field, but a stiffness is NaN; pass one for each point")
+        raise CraftmeshError("grow.criterion is near_field, but a stiffness is NaN; pass it for all points")
     return front.stiffness
 
 
