@@ -143,9 +143,10 @@ def _cycle(front: FrontPoints, block: Block, options: GrowthOptions) -> LoadCycl
     """Return one load cycle at the front points.
 
     The peak is the end with the larger driving force. The stress ratio R is given by the block or, for ends
-    of two load cases, 1 - D(K - K') / D(K), with K at the peak, K' at the other end, and the driving force
-    D in the peak's direction. For proportional loads this is the ratio of the loads. A negative K_I of the
-    other end, as from a solution without contact, is not set to 0. R is clipped to LEAST_RATIO..1.
+    of two load cases and with a residual stress, 1 - D(K - K') / D(K), with K at the peak, K' at the other
+    end, and the driving force D in the peak's direction. For proportional loads this is the ratio of the
+    loads. A negative K_I of the other end, as from a solution without contact, is not set to 0.
+    R is clipped to LEAST_RATIO..1.
     """
 
     def drive(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

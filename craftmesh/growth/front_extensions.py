@@ -162,8 +162,8 @@ def _columns(
 
     If da/dN is known in its unit, every row has the load cycles to this front and their doubt, da/dN, and
     the cycles for the node's extension at that rate, NaN at nodes that stay. counted: the report's entries
-    with these cycles. Delta K and R are included if `by_pair`, that is, if two load cases form the cycle or
-    blocks are given; they belong to the cycle with the largest driving force.
+    with these cycles. Delta K and R are included if `by_pair`, that is, if two load cases form the cycle,
+    blocks are given or there is a residual stress; they belong to the cycle with the largest driving force.
     """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
