@@ -68,7 +68,7 @@ def existing_file(path: "str | os.PathLike", advice: str = "check the path") -> 
     return file
 
 
-def told(places: "np.ndarray") -> list:
+def rounded_values(places: "np.ndarray") -> list:
     """Return an array of any shape as nested lists of its numbers, rounded to six significant digits."""
     import numpy as np  # imported here, because `craftmesh --help` needs no numpy
 

@@ -129,7 +129,7 @@ def code_digest(module: str) -> str:
     """
     numpy = ".".join(np.__version__.split(".")[:2])
     found = {"numpy": numpy} | {name: str(getattr(config, name)) for name in SETTINGS}
-    waiting = [module, "craftmesh.by_reference"]  # compiles into kernels that need not import it
+    waiting = [module, "craftmesh.kernel_structs"]  # compiles into kernels that need not import it
     while waiting:
         name = waiting.pop()
         if name not in found:

@@ -168,7 +168,7 @@ def _described(hint: Any, metadata: Mapping[str, Any]) -> str:
     return text + " and".join(f" {BOUNDS[name].sign} {limit:g}" for name, limit in limits)
 
 
-def own_code(key: str, name: str, known: Sequence[str]) -> Any:
+def import_user_callable(key: str, name: str, known: Sequence[str]) -> Any:
     """Import and return the user's class or function that `name` gives as package.module:NAME.
 
     key: the option's name; known: its built-in values, which errors list. Raises CraftmeshError if `name`

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, cast
 import numpy as np
 
 from craftmesh.arguments import Frozen, as_array, check_indices, refuse_others
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.shown import Shown
 
 # Kinds of voxels. A file may not say whether its voxels of label 0 are unindexed or void.
@@ -29,7 +29,7 @@ def _extents(points: np.ndarray) -> str:
     """Return the bounding box of points (n, 3) as text with six digits; empty without points."""
     if not len(points):
         return ""
-    low, high = told(np.stack([points.min(axis=0), points.max(axis=0)]))
+    low, high = rounded_values(np.stack([points.min(axis=0), points.max(axis=0)]))
     return f", from {low} to {high}"
 
 
@@ -84,7 +84,7 @@ class Voxels(Frozen, Shown):
         size = " x ".join(map(str, self.labels.shape))
         named = (name for name in ("orientations", "phases") if getattr(self, name) is not None)
         least, most = (self.labels.min(), self.labels.max()) if self.labels.size else (0, 0)
-        spacing, grains = told(self.spacing), len(np.unique(self.labels[self.labels > 0]))
+        spacing, grains = rounded_values(self.spacing), len(np.unique(self.labels[self.labels > 0]))
         parts = [size, f"spacing {spacing}", f"{grains} grains", f"labels {least} to {most}", *named]
         return f"Voxels({', '.join(parts)}{_extents(self.box)})"
 

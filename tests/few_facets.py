@@ -3,11 +3,11 @@
 import numpy as np
 from structured_box import structured_box
 
-from craftmesh.by_reference import by_reference
-from craftmesh.gradation.kernels.codes import DONE, NO_NEED
 from craftmesh.gradation.kernels.one_pass import one_pass
+from craftmesh.gradation.kernels.result_codes import DONE, NO_NEED
 from craftmesh.gradation.passes import Limits, filled_grid
 from craftmesh.gradation.state import State, make_state
+from craftmesh.kernel_structs import by_reference
 from craftmesh.surface.kernels.facet_measures import shape_of
 from craftmesh.types import INTERFACE, Crack, Surface
 

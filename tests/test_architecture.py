@@ -22,7 +22,7 @@ GROUND = {
     "wheel_code",
     "jit",
     "kernel_code",
-    "by_reference",
+    "kernel_structs",
     "cli",
 }
 THINGS = {"voxels", "cracks", "surface", "mesh"}

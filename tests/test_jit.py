@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from package_sources import imports_of, is_package, modules, source
 
-from craftmesh import by_reference, jit, kernel_code, wheel_code
+from craftmesh import jit, kernel_code, kernel_structs, wheel_code
 
 CALLEE = """from numba import njit
 from craftmesh.jit import kernel
@@ -43,7 +43,7 @@ class Package:
         self.kernels.mkdir(parents=True)
         for file in (self.kernels / "__init__.py", folder / "craftmesh" / "__init__.py"):
             file.write_text("")
-        for module in (by_reference, jit, kernel_code, wheel_code):
+        for module in (kernel_structs, jit, kernel_code, wheel_code):
             shutil.copy(module.__file__, folder / "craftmesh")
         (self.kernels / "caller.py").write_text(CALLER.format(decorator=decorator))
 

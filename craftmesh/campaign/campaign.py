@@ -16,7 +16,7 @@ from typing import Any
 from craftmesh.campaign.cases import NO_CRACK, SYNTHETIC, Case, check_case
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
-from craftmesh.campaign.meaning import check_meaning, small_cracks
+from craftmesh.campaign.option_checks import check_meaning, small_cracks
 from craftmesh.campaign.paths import files_of, read_path, with_paths, written_path
 from craftmesh.campaign.phases import phase_notes
 from craftmesh.campaign.sheet import Rules, read_cases

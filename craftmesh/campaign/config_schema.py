@@ -47,7 +47,7 @@ SECTIONS = {
             "growth.options.CorrectionOptions",
         ],
     ),
-    "node": ("size of a cluster node, if jobs run on a cluster", ["campaign.effort.NodeOptions"]),
+    "node": ("size of a cluster node, if jobs run on a cluster", ["campaign.job_resources.NodeOptions"]),
     "report": ("the HTML report of all campaigns", ["report.sweeps.ReportOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"

@@ -9,8 +9,8 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from craftmesh.campaign.case_status import SPARE, case_statuses
 from craftmesh.campaign.runs import LOCKS
-from craftmesh.campaign.standing import SPARE, standings
 from craftmesh.errors import CraftmeshError, existing
 
 
@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def spare(results: Path) -> Iterator[Path]:
     """Yield the files and folders in a folder of results that `clean` removes: of finished cases only."""
-    for one in standings(results):
+    for one in case_statuses(results):
         if one.job is None:
             case = results / one.case
             yield from sorted(path for name in SPARE for path in case.glob(f"[0-9][0-9][0-9]/{name}"))

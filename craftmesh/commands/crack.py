@@ -9,16 +9,16 @@ import numpy as np
 from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
+from craftmesh.cracks.fitted_surface import crack_along_path, crack_through_fronts, crack_through_points
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.in_slip_plane import crack_in_slip_plane
-from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
 from craftmesh.cracks.options import IN_BOUNDARIES, OF_GRAINS, CrackOptions, crack_files, given_file
 from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.cracks.two_sided import middle_sheet
 from craftmesh.cracks.voxel_crack import crack_through_voxels
-from craftmesh.errors import CraftmeshError, existing, existing_file, named, told
+from craftmesh.errors import CraftmeshError, existing, existing_file, named, rounded_values
 from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.point_files import read_points
 from craftmesh.io.surface_files import LISTED, read_triangles
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> None:
     lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
     known = lengths if lengths.l0 is not None else replace(lengths, l0=edge)
     l_min = sizing_for(None, np.zeros((0, 3)), known).l_min
-    given = options_of(arguments)
+    given = crack_options(arguments)
     for number, options in enumerate(given, 1):
         if options.shape in OF_GRAINS:
             surface_file = arguments.surface or arguments.volume
@@ -115,7 +115,9 @@ def crack_of_grains(
         )
     normal = quaternion_to_matrix(turns[grain]) @ np.asarray(options.plane, float)
     normal /= np.linalg.norm(normal)
-    return crack_in_slip_plane(surface, options, increment, normal, l_min), {"normal": told(normal)}
+    return crack_in_slip_plane(surface, options, increment, normal, l_min), {
+        "normal": rounded_values(normal)
+    }
 
 
 def given_surface(
@@ -179,7 +181,7 @@ def _one_front(path: str) -> np.ndarray:
     return fronts[0]
 
 
-def options_of(arguments: argparse.Namespace) -> list[CrackOptions]:
+def crack_options(arguments: argparse.Namespace) -> list[CrackOptions]:
     """Return the options of each crack: from the flags before --and, and after each --and."""
     parts: list[list[str]] = [[]] if arguments.others else []
     for word in arguments.others:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from craftmesh.campaign.home import DEFAULT, home, read_config
+from craftmesh.campaign.workflow_location import DEFAULT, home, read_config
 from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.run import add_cores, run_snakemake
 

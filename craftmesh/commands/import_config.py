@@ -7,7 +7,7 @@ from craftmesh.atomic import atomic_path
 from craftmesh.campaign.config_schema import config_schema
 from craftmesh.campaign.configuration import completed
 from craftmesh.campaign.craftmesher import converted, read_config
-from craftmesh.campaign.meaning import checked_sizing
+from craftmesh.campaign.option_checks import checked_sizing
 from craftmesh.commands.stage_io import add_output
 from craftmesh.errors import CraftmeshError, existing
 

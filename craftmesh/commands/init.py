@@ -12,8 +12,8 @@ from craftmesh.atomic import atomic_paths
 from craftmesh.campaign.campaign import read_campaign
 from craftmesh.campaign.cases import RESERVED, as_case_name
 from craftmesh.campaign.first_campaign import configuration_text, first_campaign, sheet_text
-from craftmesh.campaign.home import read_config
 from craftmesh.campaign.paths import read_path
+from craftmesh.campaign.workflow_location import read_config
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.errors import CraftmeshError, counted, existing, listed, named
 from craftmesh.progress import ProgressLine
@@ -25,7 +25,7 @@ from craftmesh.voxels.reading import AUTO, ReadOptions, read_voxels
 from craftmesh.voxels.remapping import RawVolume
 from craftmesh.voxels.voxel_graph import dispersed, find_pieces, median_grain, speck_size
 
-ROUNDS = 2  # smoothing rounds for rough boundaries, as the report of import advises
+SMOOTHING_ROUNDS = 2  # smoothing rounds for rough boundaries, as the report of import advises
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -131,7 +131,7 @@ def _cleaned(raw: RawVolume, progress: Callable[[float, str], None]) -> tuple[Cl
     if not fine and (is_rough or options.fill_unindexed):  # otherwise small grains are real, not noise
         options = replace(options, min_island_voxels=size)
     if not fine and is_rough:
-        options = replace(options, smoothing_rounds=ROUNDS)
+        options = replace(options, smoothing_rounds=SMOOTHING_ROUNDS)
     one = len(np.unique(voxels.labels[voxels.labels > 0])) == 1
     options = replace(options, allow_single_grain=one)
     voxels, report = clean(raw, options, progress)

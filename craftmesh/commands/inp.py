@@ -8,7 +8,7 @@ from typing import Any
 
 from craftmesh.assembly.boundary_layers import boundary_layers, grain_pairs
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import add_microstructure, as_in_deck, known_of_files
+from craftmesh.commands.microstructure import add_deck_materials, add_microstructure, known_of_files
 from craftmesh.commands.stage_io import add_output, add_report, add_units, tell, warn
 from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.options import DeckOptions
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
     known = known_of_files(arguments)
     model, report = elastic_model(read_tets(arguments.volume), options, **known)
-    model, materials = as_in_deck(model, options, arguments, known)
+    model, materials = add_deck_materials(model, options, arguments, known)
     layers = None
     if options.cohesive:
         model, layers = _with_layers(model, options, known)

@@ -47,7 +47,7 @@ def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
     return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals} | found
 
 
-def as_in_deck(
+def add_deck_materials(
     model: ElasticModel, options: DeckOptions, arguments: argparse.Namespace, known: Mapping[str, Any]
 ) -> tuple[ElasticModel, UserMaterials | None]:
     """Return the model, with element axes if options ask for them, and its user materials or None.

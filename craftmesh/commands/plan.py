@@ -15,8 +15,15 @@ import scipy
 from craftmesh.campaign.campaign import Campaign, read_campaign
 from craftmesh.campaign.cases import SYNTHETIC, Case
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_elements, expected_facets
-from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
+from craftmesh.campaign.job_resources import (
+    RULES,
+    Effort,
+    Sizes,
+    effort,
+    expected_elements,
+    expected_facets,
+)
+from craftmesh.campaign.workflow_location import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects, notes_on_sources
 from craftmesh.commands.stage_io import add_config, add_report, warn

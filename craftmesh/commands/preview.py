@@ -8,7 +8,7 @@ from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report
-from craftmesh.cracks.meetings import Oblique, oblique, traces
+from craftmesh.cracks.crack_surface_intersections import Oblique, oblique, traces
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     check_sizing(arguments)
     surface = read_surface(existing(arguments.surface))
-    preview = preview_of(arguments, surface)
+    preview = preview_crack(arguments, surface)
     for line in sentences(preview):
         print(line)
     with atomic_path(arguments.output) as temporary:
@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if preview.refused else 0
 
 
-def preview_of(arguments: argparse.Namespace, surface: Surface) -> Preview:
+def preview_crack(arguments: argparse.Namespace, surface: Surface) -> Preview:
     """Return a preview of the crack in a surface, from an insertion whose surface is not written.
 
     If the insertion raises CraftmeshError, the preview has its reason in `refused`.

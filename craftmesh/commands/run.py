@@ -17,8 +17,8 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
-from craftmesh.campaign.home import NOTE, read_config, refusal, snakefile, snakemake_command
-from craftmesh.campaign.standing import Standing, standings
+from craftmesh.campaign.case_status import Standing, case_statuses
+from craftmesh.campaign.workflow_location import NOTE, read_config, refusal, snakefile, snakemake_command
 from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.licence import licence_note
 from craftmesh.commands.stage_io import add_config
@@ -144,7 +144,7 @@ def _cases(place: re.Match | None, begun: float) -> list[Standing]:
     place: match of `_PLACE`, with case table and results folder, in Snakemake's output; begun: start of the
     run in seconds since the epoch.
     """
-    return standings(Path(place[2]), place[1], begun) if place else []
+    return case_statuses(Path(place[2]), place[1], begun) if place else []
 
 
 def _made(cases: Sequence[Standing]) -> str:

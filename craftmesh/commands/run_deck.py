@@ -16,7 +16,7 @@ from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.processes import job
 from craftmesh.processes.job import run_program
 from craftmesh.solve.foreign import in_order
-from craftmesh.solve.options import ABAQUS, CALCULIX, FIELD, SolveOptions, words_of
+from craftmesh.solve.options import ABAQUS, CALCULIX, FIELD, SolveOptions, split_command
 from craftmesh.types import Solution
 
 JOB = "model"
@@ -59,7 +59,7 @@ def run_deck(
     limits = job.Limits(options.time_limit, options.memory_limit)
     for number, call in enumerate(options.command or _CALLS[options.solver], 1):
         log = results.parent / f"{options.solver}_{number}.log"
-        said = run_program(words_of(call, JOB, str(script), FIELD), results.parent, limits, log)
+        said = run_program(split_command(call, JOB, str(script), FIELD), results.parent, limits, log)
         if options.solver == CALCULIX and _ITERATIVE in said:
             raise CraftmeshError(
                 f"calculix: used its {_ITERATIVE}, which is not exact; install a ccx with SPOOLES"

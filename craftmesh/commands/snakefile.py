@@ -2,7 +2,7 @@
 
 import argparse
 
-from craftmesh.campaign.home import snakefile
+from craftmesh.campaign.workflow_location import snakefile
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

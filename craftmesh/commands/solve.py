@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import add_microstructure, as_in_deck, known_of_files
+from craftmesh.commands.microstructure import add_deck_materials, add_microstructure, known_of_files
 from craftmesh.commands.run_deck import run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import OF_THE_FILE, DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import write_front
-from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
+from craftmesh.io.model_tables import DISPLACEMENT_FORMAT, read_displacement_table, read_displacements
 from craftmesh.io.stage_npz import write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
     output, stress, slip, materials = arguments.output, None, None, None
     folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
     if deck.history and options.solver != BUILTIN:
-        model, materials = as_in_deck(model, deck, arguments, known)
+        model, materials = add_deck_materials(model, deck, arguments, known)
         solution, stress, slip, report = solved_history(model, options, deck, materials, folder)
         solutions = {"": solution}
     else:
@@ -98,7 +98,7 @@ def _field_of(
         (path,) = waited_for(given, [case] if case else [])
         if not path.exists():
             raise CraftmeshError(
-                f"solver external: waits for {path}: {FORM}, a row for each node 1 to "
+                f"solver external: waits for {path}: {DISPLACEMENT_FORMAT}, a row for each node 1 to "
                 f"{len(model.mesh.points)} of the deck that `craftmesh inp` writes with the same options; "
                 "write this file and start again"
             )

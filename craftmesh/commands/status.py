@@ -6,7 +6,7 @@ The subcommand reads only files and logs, so it may be called anywhere while a c
 import argparse
 from pathlib import Path
 
-from craftmesh.campaign.standing import standings
+from craftmesh.campaign.case_status import case_statuses
 from craftmesh.commands.clean import disk, spare
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.report.case_files import RECORD
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    found = standings(existing(arguments.results))
+    found = case_statuses(existing(arguments.results))
     if not found:
         raise CraftmeshError(f"{arguments.results}: no case with a {RECORD}; expected a folder of results")
     for one in sorted(found, key=lambda one: not one.failures):

@@ -6,7 +6,7 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
-from craftmesh.cracks.promises import PROMISED
+from craftmesh.cracks.crack_tolerances import PROMISED
 from craftmesh.errors import existing, listed, named
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions

@@ -8,14 +8,14 @@ import shapely
 from shapely.ops import split
 
 from craftmesh.cracks.near_faces import ALONG
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES
 
 MARGIN = 0.05  # distance by which the crack's surface extends past the box, in box diagonals
 # Largest distance of an open front's end from the box, relative to the front's length; the front is then
 # extended to the box.
-REACH = 0.1
+END_TO_BOX = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Plane:
     origin: np.ndarray
     frame: np.ndarray
 
-    def of(self, points: np.ndarray) -> np.ndarray:
+    def to_uvh(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates u, v and height (k, 3) of points (k, 3)."""
         return (points - self.origin) @ self.frame.T
 
@@ -66,7 +66,7 @@ def cracked_part(
         )
     if not len(witnesses):
         return min(parts, key=lambda part: shapely.intersection(part, section).area)
-    uv = plane.of(witnesses)
+    uv = plane.to_uvh(witnesses)
     return max(parts, key=lambda part: shapely.contains_xy(part, uv[:, 0], uv[:, 1]).sum())
 
 
@@ -80,7 +80,7 @@ def _within(fronts: Sequence[np.ndarray], plane: Plane) -> shapely.Polygon:
 
     Raise CraftmeshError if a front crosses itself or the fronts bound several areas.
     """
-    rings = [shapely.Polygon(plane.of(front)[:, :2]) for front in fronts]
+    rings = [shapely.Polygon(plane.to_uvh(front)[:, :2]) for front in fronts]
     if any(not ring.is_valid for ring in rings):
         raise CraftmeshError("the crack's front crosses itself; expected a front without crossings")
     outer = int(np.argmax([ring.area for ring in rings]))
@@ -98,7 +98,7 @@ def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Poly
     """
     corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     ends = [(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]
-    a, b = (plane.of(corner[[end[k] for end in ends]]) for k in range(2))
+    a, b = (plane.to_uvh(corner[[end[k] for end in ends]]) for k in range(2))
     found = [np.zeros((0, 2))]
     for height in (heights.min(), heights.max(), 0.0):
         below, above = a[:, 2] - height, b[:, 2] - height
@@ -107,16 +107,16 @@ def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Poly
         found.append((a + share * (b - a))[crosses, :2])
     hull = shapely.MultiPoint(np.concatenate(found)).convex_hull
     if hull.area == 0:
-        raise CraftmeshError(f"the crack lies outside the box {told(box)}; move it into the box")
+        raise CraftmeshError(f"the crack lies outside the box {rounded_values(box)}; move it into the box")
     return hull
 
 
 def _carried_on(front: np.ndarray, plane: Plane, box: np.ndarray) -> np.ndarray:
     """Return the front in (u, v) with both ends extended to the box and straight out of it."""
-    reach = REACH * float(np.linalg.norm(np.diff(front, axis=0), axis=1).sum())
+    reach = END_TO_BOX * float(np.linalg.norm(np.diff(front, axis=0), axis=1).sum())
     head = _way_out(front[0], front[0] - front[1], plane, box, reach)
     tail = _way_out(front[-1], front[-1] - front[-2], plane, box, reach)
-    return np.concatenate([head[::-1], plane.of(front)[:, :2], tail])
+    return np.concatenate([head[::-1], plane.to_uvh(front)[:, :2], tail])
 
 
 def _way_out(
@@ -131,7 +131,7 @@ def _way_out(
     inward = np.stack([end - box[0], box[1] - end], axis=1).ravel()  # from XMIN, XMAX, YMIN, ...
     face = int(np.argmin(inward))
     axis, sign = face // 2, 1.0 if face % 2 else -1.0
-    where = f"the crack's front ends at {told(end)}"
+    where = f"the crack's front ends at {rounded_values(end)}"
     if inward[face] > reach:
         raise CraftmeshError(
             f"{where}, {inward[face]:.4g} inside the box face {BOX_PLANES[face]}; end it on the box, or "
@@ -144,7 +144,7 @@ def _way_out(
             "that meets the face at an angle"
         )
     out = out / np.linalg.norm(out)
-    place, far = plane.of(end[None])[0, :2], 2 * np.linalg.norm(box[1] - box[0])
+    place, far = plane.to_uvh(end[None])[0, :2], 2 * np.linalg.norm(box[1] - box[0])
     if inward[face] <= 0:
         return (place + far * out)[None]
     pace = sign * heading[axis] / np.linalg.norm(heading)

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.crack_tolerances import PREPARATION
 from craftmesh.cracks.near_faces import ALONG
-from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack

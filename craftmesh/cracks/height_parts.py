@@ -6,9 +6,9 @@ import numpy as np
 import scipy
 import shapely
 
-from craftmesh.errors import told
+from craftmesh.errors import rounded_values
 from craftmesh.surface.connectivity import compact, edge_sides, joined, unique_edges
-from craftmesh.surface.dividing import divided_at
+from craftmesh.surface.facet_subdivision import divided_at
 from craftmesh.surface.measure import area_vectors, total_area, unit_normals
 from craftmesh.surface.rounding import EXACT, ROUNDING
 
@@ -82,7 +82,7 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
     steep = cosine < STEEPEST
     if steep.any():
         worst = int(np.argmin(cosine))
-        place = told(points[triangles[worst]].mean(axis=0))
+        place = rounded_values(points[triangles[worst]].mean(axis=0))
         angle, most = np.degrees(np.arccos(np.clip([cosine[worst], STEEPEST], -1, 1)))
         return (
             f"the crack surface is folded near {place}: a triangle there stands at {angle:.0f} degrees to "
@@ -94,7 +94,7 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
     missing = 1 - _united_area(polygons, ROUNDING * float(np.ptp(uv))) / seen[proper].sum()
     if missing <= COVERED:
         return ""
-    place = told(_overlap(points, triangles[proper], polygons))
+    place = rounded_values(_overlap(points, triangles[proper], polygons))
     return (
         f"the crack surface is folded near {place}: seen along its mean normal, {100 * missing:.2g} % of "
         "it overlaps other parts; expected a surface that is single-valued over a plane: cut it off there"

@@ -7,7 +7,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prescription import boundary_pairs, is_sized, semi_axes, vector
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, unique_edges
-from craftmesh.surface.dividing import divided_at
+from craftmesh.surface.facet_subdivision import divided_at
 from craftmesh.surface.front import among_edges
 from craftmesh.types import INTERFACE, Crack, Surface
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 import shapely
 
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.connectivity import compact, facet_edges
 from craftmesh.surface.kernels import planar
 from craftmesh.surface.kernels.planar import Planar
@@ -173,13 +173,15 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
             t = _holding(patch, patch.uv[point])
         if t < 0 or planar.insert_point(patch, t, point) == planar.BLOCKED:
             raise CraftmeshError(
-                f"a point where the crack meets a boundary, (u, v) = {told(patch.uv[point])} in its plane, "
+                f"a point where the crack meets a boundary, (u, v) = {rounded_values(patch.uv[point])} "
+                f"in its plane, "
                 "lies outside the crack; move the crack a little"
             )
     for a, b in missing:
         if not planar.recover_edge(patch, a, b):
             raise CraftmeshError(
-                f"the crack's lines on boundaries cross near (u, v) = {told(patch.uv[a])}; move the crack"
+                f"the crack's lines on boundaries cross near (u, v) = {rounded_values(patch.uv[a])}; "
+                f"move the crack"
             )
         _fix_edge(patch, a, b)
 

@@ -7,7 +7,7 @@ from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prescription import frame_along, is_sized, semi_axes, vector
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import Crack, Surface
 
@@ -38,7 +38,8 @@ def crack_in_slip_plane(
     here = [one for one in shapely.get_parts(part) if one.contains(shapely.Point(0, 0))]
     if not here or not outline.contains(shapely.Point(0, 0)):
         raise CraftmeshError(
-            f"crack.centre {told(centre)} is not within grain {options.grain}, l_min ({l_min:g}) or more "
+            f"crack.centre {rounded_values(centre)} is not within grain {options.grain}, l_min "
+            f"({l_min:g}) or more "
             "from its boundaries; move it into the grain"
         )
     points, triangles = filled(here[0], np.zeros((0, 2)), l_min)

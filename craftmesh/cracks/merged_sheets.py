@@ -7,10 +7,10 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.behind_front import Plane
+from craftmesh.cracks.crack_tolerances import LEAST_AREA_PROMISED, PREPARATION, PROMISED
 from craftmesh.cracks.height_fit import interpolation
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.prescription import frame_along
-from craftmesh.cracks.promises import LEAST_AREA_PROMISED, PREPARATION, PROMISED
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.surface.measure import area_vectors
@@ -65,7 +65,7 @@ def sheet_pair(first: Crack, second: Crack, reach: float) -> SheetPair | None:
         if (sign * vector @ frame[2] < STEEPEST * np.linalg.norm(vector, axis=1)).any():
             return None
     plane = Plane(first.points.mean(axis=0), frame)
-    places = plane.of(first.points), plane.of(second.points)
+    places = plane.to_uvh(first.points), plane.to_uvh(second.points)
     triangles = first.triangles.astype(np.int64), second.triangles.astype(np.int64)
     outlines = [shapely.union_all(shapely.polygons(at[rows, :2])) for at, rows in zip(places, triangles)]
     if any(outline.geom_type != "Polygon" for outline in outlines):
@@ -80,7 +80,7 @@ def feet_in(region: shapely.Geometry, at: np.ndarray) -> np.ndarray:
     return feet
 
 
-def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
+def grid_points_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
     """Return the points (n, 2) of a square grid with this spacing within a region."""
     x0, y0, x1, y1 = region.bounds
     grid = np.stack(np.meshgrid(np.arange(x0, x1, spacing), np.arange(y0, y1, spacing)), axis=-1)
@@ -198,7 +198,7 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
     common = pair.common
     if common.area < LEAST_AREA_PROMISED * l_min**2:
         return None
-    at = np.concatenate([places_in(common, SPACING * l_min), shapely.get_coordinates(common)])
+    at = np.concatenate([grid_points_in(common, SPACING * l_min), shapely.get_coordinates(common)])
     most = float(np.nanmax(np.abs(pair.heights(1, at)[0] - pair.heights(0, at)[0]), initial=0.0))
     whole = shapely.union(*pair.outlines)
     if not SAME_PLACE * l_min < most <= reach or whole.geom_type != "Polygon":

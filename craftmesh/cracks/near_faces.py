@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.crack_tolerances import PREPARATION
 from craftmesh.cracks.height_parts import MOST_PARTS, kinks_of
-from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError

@@ -11,7 +11,7 @@ from craftmesh.surface.rounding import ON_PLANE, SAME_PLACE
 from craftmesh.types import Crack
 
 
-class Near(NamedTuple):
+class SheetProjection(NamedTuple):
     """The relation of a surface to points, called places (n, 3).
 
     foot (n, 3): nearest point of the surface. normal (n, 3): unit normal there; at an edge or corner the
@@ -53,11 +53,11 @@ class NearSheet:
         on_box: np.ndarray = planes[edges].all(axis=1).any(axis=1)
         return on_box
 
-    def look(self, places: np.ndarray) -> Near:
+    def look(self, places: np.ndarray) -> SheetProjection:
         """Return nearest points, normals and offsets of the surface for places (n, 3), n >= 1."""
         places = np.ascontiguousarray(places)
         facet = nearest_facet(places, self.points, self.triangles)[0]
-        foot, weight = feet_in_triangles(places, self.points[self.triangles[facet]])
+        foot, weight = closest_points_on_triangles(places, self.points[self.triangles[facet]])
         gone = weight < SAME_PLACE  # one such corner weight: the foot is on an edge; two: at a corner
         number = gone.sum(axis=1)
         normal, past = self.of_facet[facet].copy(), np.zeros(len(places), bool)
@@ -71,7 +71,7 @@ class NearSheet:
         psi = np.einsum("ij,ij->i", places - foot, normal)
         inside = np.linalg.norm(self.nearest_on_front(foot) - foot, axis=1)
         along = np.linalg.norm(places - foot - psi[:, None] * normal, axis=1)
-        return Near(foot, normal, psi, np.where(past, -along, inside))
+        return SheetProjection(foot, normal, psi, np.where(past, -along, inside))
 
     def nearest_on_front(self, places: np.ndarray) -> np.ndarray:
         """Return the front points (n, 3) nearest to places (n, 3); inf if there is no front."""
@@ -89,7 +89,7 @@ def weights_in_triangles(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return np.stack([1 - s - t, s, t], axis=1)
 
 
-def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def closest_points_on_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the point (n, d) of each triangle (n, 3, d) nearest to its place, and that point's weights.
 
     The weights (n, 3) are barycentric coordinates.

@@ -3,21 +3,21 @@
 import numpy as np
 
 from craftmesh.arguments import as_array, check_indices
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, joined, unique_edges
 from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
 # Height of a triangle relative to its longest edge, below which its normal is not reliable (float32 files).
 SLIVER = 1e-4
-ROUNDS = 20  # most passes of sliver removal; chosen by hand, more than a row of points should need
+SLIVER_PASSES = 20  # most passes of sliver removal; chosen by hand, more than a row of points should need
 # Distance between a surface's two sides, relative to its smaller width, below which it is a thin shell.
 # Measured: 0.37 in ten voxels by three, 0.53 in an ellipsoid 2.5 times as wide as thick, 1.2 in a cube.
 THIN = 0.4
 # Number of lines through a surface that test for a thin shell; a fraction of 0.5 of them is then known to
 # within 0.04.
 LINES = 200
-REACH = 0.25  # triangles farther than this from the box, in its diagonals, may be dropped
+BOX_DISTANCE = 0.25  # triangles farther than this from the box, in its diagonals, may be dropped
 
 
 def clean_triangles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,7 +81,7 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     piece = joined(2 * count, *ends)
     one_sided = np.flatnonzero(piece[:count] == piece[count:])
     if len(one_sided):
-        place = told(points[triangles[one_sided[0]]].mean(axis=0))
+        place = rounded_values(points[triangles[one_sided[0]]].mean(axis=0))
         raise CraftmeshError(
             f"the crack surface near {place} has only one side, as a Moebius strip has; give a surface "
             "with two sides"
@@ -173,10 +173,10 @@ def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Remove flat caps: flip inner ones at their long edge and drop outer ones; return the triangles.
 
-    The flattest caps go first; a cap whose neighbour has changed waits for the next pass. After ROUNDS
-    passes, caps may be left. Changes the array `triangles` in place.
+    The flattest caps go first; a cap whose neighbour has changed waits for the next pass. After
+    SLIVER_PASSES passes, caps may be left. Changes the array `triangles` in place.
     """
-    for _ in range(ROUNDS):
+    for _ in range(SLIVER_PASSES):
         height, side = _heights(points, triangles)
         caps = np.flatnonzero(height < SLIVER)
         if not len(caps):
@@ -217,11 +217,11 @@ def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def near_box(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return ids of the triangles (m, 3) within REACH of the box (2, 3).
+    """Return ids of the triangles (m, 3) within BOX_DISTANCE of the box (2, 3).
 
     Further triangles are added where the boundary would touch itself, so that it forms simple loops.
     """
-    margin = REACH * np.linalg.norm(box[1] - box[0])
+    margin = BOX_DISTANCE * np.linalg.norm(box[1] - box[0])
     near = meets_box(points[triangles], box + np.array([[-margin], [margin]]))
     while near.any():
         # points through which the boundary passes more than once

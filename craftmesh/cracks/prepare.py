@@ -5,18 +5,18 @@ from itertools import combinations
 
 import numpy as np
 
+from craftmesh.cracks.crack_tolerances import PREPARATION
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.merged_sheets import (
     SPACING,
     SheetPair,
+    grid_points_in,
     merged_sheets,
-    places_in,
     sheet_pair,
 )
 from craftmesh.cracks.near_faces import FLATTEST, LEAST_AREA, NEAR, refuse_near_faces
-from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.sheets import one_crack, sheets
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.measure import unit_normals
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import Crack
@@ -38,7 +38,7 @@ def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:
 
 def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError if the two surfaces of a pair, with these numbers, run along each other."""
-    at = places_in(pair.common, SPACING * l_min)
+    at = grid_points_in(pair.common, SPACING * l_min)
     (first, triangle), (second, other) = (pair.heights(k, at) for k in range(2))
     places = pair.plane.lifted(np.column_stack([at, first]))
     normals = [unit_normals(pair.places[k], pair.triangles[k]) for k in range(2)]
@@ -51,7 +51,7 @@ def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: f
     area = len(counted) * (SPACING * l_min) ** 2
     if area > LEAST_AREA * l_min**2:
         way = np.abs(off[counted])
-        place = told(places[counted][way.argmin()])
+        place = rounded_values(places[counted][way.argmin()])
         raise CraftmeshError(
             f"cracks {numbers[0]} and {numbers[1]} run {way.min():.3g} to {way.max():.3g} from each other "
             f"near {place}, at {np.mean(tilt[counted]):.3g} degrees, over an area of {area:.3g}; move one "

@@ -10,7 +10,7 @@ from craftmesh.cracks.options import BY_NUMBERS, CrackOptions
 from craftmesh.cracks.prescription import frame_of, semi_axes, vector
 from craftmesh.cracks.sheets import cracks_from_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Crack
@@ -62,8 +62,9 @@ def _check_reaches(points: np.ndarray, frame: np.ndarray, box: np.ndarray) -> No
     misses = offset.min() >= -margin or offset.max() <= margin
     if misses or (points.max(axis=0) <= box[0]).any() or (points.min(axis=0) >= box[1]).any():
         raise CraftmeshError(
-            f"the crack lies outside the box {told(box)}; the crack spans {told(points.min(axis=0))} to "
-            f"{told(points.max(axis=0))}; move its centre or rotate its normal"
+            f"the crack lies outside the box {rounded_values(box)}; the crack spans "
+            f"{rounded_values(points.min(axis=0))} to "
+            f"{rounded_values(points.max(axis=0))}; move its centre or rotate its normal"
         )
 
 

@@ -14,7 +14,7 @@ from craftmesh.cracks.one_sheet import (
     without_slivers,
 )
 from craftmesh.cracks.within_box import is_in
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
@@ -135,7 +135,7 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
     corner = points[triangles]
     found = np.unique(piece[meets_box(corner, box)])
     if len(found) > 1:
-        places = [told(corner[piece == k].mean(axis=(0, 1))) for k in found[:2].tolist()]
+        places = [rounded_values(corner[piece == k].mean(axis=(0, 1))) for k in found[:2].tolist()]
         raise CraftmeshError(
             f"the crack surface has {len(found)} pieces in the box, at {places[0]} and {places[1]}; "
             "expected one connected surface: join the pieces or keep only one"
@@ -158,7 +158,7 @@ def _refuse_crossing(points: np.ndarray, triangles: np.ndarray) -> None:
     """Raise CraftmeshError if triangles (m, 3) intersect other than in shared corners and edges."""
     pairs = intersecting_pairs(points, np.asarray(triangles, np.int64))
     if len(pairs):
-        place = told(points[triangles[pairs[0]]].mean(axis=(0, 1)))
+        place = rounded_values(points[triangles[pairs[0]]].mean(axis=(0, 1)))
         raise CraftmeshError(
             f"the crack surface intersects itself near {place}; split it there into surfaces that do not"
         )
@@ -181,13 +181,15 @@ def _refuse_no_crack(corners: np.ndarray, fronts: Sequence[np.ndarray] | None, b
         front = span_of(np.concatenate(fronts))
         hint = unit_hint(front, span) or unit_hint(front, box)
         raise CraftmeshError(
-            f"no boundary edge of the crack in the box {told(box)} lies along the given front; "
+            f"no boundary edge of the crack in the box {rounded_values(box)} lies along the given front; "
             f"{spans_told(('the front goes', 'the crack'), front, span)}{hint}; give a front on "
             "the surface's boundary, or none for a crack that severs the body"
         )
-    spans = f"the crack spans {told(span)}{unit_hint(span, box)}"
+    spans = f"the crack spans {rounded_values(span)}{unit_hint(span, box)}"
     if not is_in(corners, box):
-        raise CraftmeshError(f"the crack lies outside the box {told(box)}: {spans}; move it into the box")
+        raise CraftmeshError(
+            f"the crack lies outside the box {rounded_values(box)}: {spans}; move it into the box"
+        )
 
 
 def _split_at_box(

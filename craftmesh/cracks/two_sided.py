@@ -3,12 +3,12 @@
 import numpy as np
 
 from craftmesh.cracks.fit_bounds import Numbers, within_bound
-from craftmesh.cracks.measured import ACROSS_FRONT, height_surface, plane_of
+from craftmesh.cracks.fitted_surface import ACROSS_FRONT, height_surface, plane_of
 from craftmesh.cracks.one_sheet import lines_across, merged_points, sides_apart
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.cracks.voxel_crack import DISC, SPECK, notes_on_holes, outline_of, smoothed
 from craftmesh.surface.connectivity import pieces
-from craftmesh.surface.dividing import bisected
+from craftmesh.surface.facet_subdivision import bisected
 from craftmesh.surface.measure import area_vectors, total_area
 
 

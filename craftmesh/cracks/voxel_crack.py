@@ -6,7 +6,7 @@ import shapely
 
 from craftmesh.cracks.behind_front import MARGIN, Plane
 from craftmesh.cracks.fit_bounds import VOXELS, Numbers, within_bound
-from craftmesh.cracks.measured import finite, height_surface, plane_of
+from craftmesh.cracks.fitted_surface import finite, height_surface, plane_of
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
 
@@ -108,7 +108,7 @@ def outline_of(
     rim: distance of the polygon from these centres, in edges. Near a box face the polygon extends past the
     box; gaps there that are as narrow as pinholes are closed. Raise CraftmeshError if it has several parts.
     """
-    uv = plane.of(centres)[:, :2]
+    uv = plane.to_uvh(centres)[:, :2]
     far = MARGIN * np.linalg.norm(box[1] - box[0])
     shapes, gaps = [shapely.buffer(shapely.points(uv), DISC * edge, quad_segs=4)], 0
     for axis in range(3):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, LEAST_AREA_PROMISED
-from craftmesh.surface.dividing import bisected
+from craftmesh.cracks.crack_tolerances import AREA_KEPT, AREA_PROMISED, LEAST_AREA_PROMISED
+from craftmesh.surface.facet_subdivision import bisected
 from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import EXACT
 from craftmesh.types import Crack, Voxels

@@ -81,7 +81,7 @@ def _at_interface(mesh: TetMesh, front: Front, material: np.ndarray) -> np.ndarr
     return np.isin(front.corners, np.concatenate([tails[between], heads[between]]))
 
 
-class Signs(NamedTuple):
+class KErrorIndicators(NamedTuple):
     """Indicators of the error of K at a front's nodes, each (k,) or a number, before weighting.
 
     mesh: 1, because elements are never regular. energy: difference between the roots of J and of the energy
@@ -112,7 +112,7 @@ class Signs(NamedTuple):
 # against exact answers, those of the lens, the strip and the polycrystal against meshes of edges half as
 # long. `change` is set on the polycrystals and bodies of two materials there. docs/fracture.md has all
 # cases.
-WEIGHTS = Signs(
+WEIGHTS = KErrorIndicators(
     mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.5, end=0.045
 )
 
@@ -142,7 +142,7 @@ def errors(
     jump, way = _changes(line, segments, one_sided)
     at, moduli = segments.at(line.s), mean_moduli(segments.stiffness)
     even = np.array([is_isotropic(own) for own in segments.stiffness])[at]
-    signs = Signs(
+    signs = KErrorIndicators(
         mesh=1.0,
         energy=_energy(j, g, even, ~mixed),
         tube=spread / largest,

@@ -77,7 +77,7 @@ def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np
             np.add.at(weights, tube.tets[elements], np.where(own[elements][:, :, None], found, 0.0))
         for faces in parts_of(np.flatnonzero(own[tube.faces[:, 0]].any(axis=1)), AT_ONCE):
             elements = tube.faces[faces, 0]
-            found = _of_faces(tube, curve, stations, segment, faces)
+            found = _outer_face_terms(tube, curve, stations, segment, faces)
             np.add.at(weights, tube.tets[elements], np.where(own[elements][:, :, None], found, 0.0))
     return weights
 
@@ -158,7 +158,7 @@ def _energies(at: Local) -> np.ndarray:
     return np.column_stack([shared[:, :, 0], at.energy])
 
 
-def _of_faces(
+def _outer_face_terms(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, faces: np.ndarray
 ) -> np.ndarray:
     """Return the contributions (f, 10, ROWS) of the nodes of elements at outer faces that q may move.

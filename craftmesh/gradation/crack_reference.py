@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from craftmesh.cracks.crack_tolerances import GRADATION
 from craftmesh.cracks.polyline import Polyline, feet, polyline
-from craftmesh.cracks.promises import GRADATION
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.arguments import typed
-from craftmesh.cracks.promises import GRADATED, PROMISED
+from craftmesh.cracks.crack_tolerances import GRADATED, PROMISED
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, split_ears
 from craftmesh.gradation.crack_reference import HeldArea
 from craftmesh.gradation.folds import short_beside_folds
 from craftmesh.gradation.locality import spatially_sorted
+from craftmesh.gradation.nonmanifold_vertices import release_tied_nodes
 from craftmesh.gradation.passes import (
     Gradation,
     Limits,
@@ -27,7 +28,6 @@ from craftmesh.gradation.passes import (
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.report import figures_before, gradation_report
 from craftmesh.gradation.state import surface_of
-from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing

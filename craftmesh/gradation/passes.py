@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from craftmesh.by_reference import by_reference
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
 from craftmesh.gradation.kernels.one_pass import (
@@ -24,6 +23,7 @@ from craftmesh.gradation.kernels.one_pass import (
 from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import Guards, Mesh, State, lengthened, make_room, make_state
+from craftmesh.kernel_structs import by_reference
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import REFUSALS
+from craftmesh.gradation.kernels.result_codes import REFUSALS
 from craftmesh.gradation.passes import Gradation
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.front import front_edges

@@ -1,6 +1,6 @@
 """The working arrays of a gradation in three parts: the mesh, the arrays of guards, and work arrays.
 
-Kernels get all parts as one reference (craftmesh.by_reference) and read their fields in the same way:
+Kernels get all parts as one reference (craftmesh.kernel_structs) and read their fields in the same way:
 `state.points`, `state.home`, `state.star`. The star is the set of facets that an operation changes. A
 witness is the initial position of a removed or moved vertex, attached to the nearest facet; witnesses bound
 the distance from the input to the changed surface. A slot is the number of a grain or void in the arrays.
@@ -12,8 +12,8 @@ import numpy as np
 
 from craftmesh.gradation.crack_reference import crack_triangles, front_segments
 from craftmesh.gradation.folds import folded_patches
-from craftmesh.gradation.kernels.codes import ON_BORDER, ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
+from craftmesh.gradation.kernels.result_codes import ON_BORDER, ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.corner_lists import link_all

@@ -12,7 +12,7 @@ from craftmesh.growth.kink_angle import kink_angles_of, opened
 from craftmesh.growth.options import LEAST_RATIO, STRESS, Block, GrowthOptions
 from craftmesh.growth.rates import LoadCycle, largest, laws_of, local_rates, open_share
 from craftmesh.growth.relaxation import over_step
-from craftmesh.growth.steps import ROOT, Counted, counted, growth_to, step_length
+from craftmesh.growth.steps import ROOT, CycleCount, counted, growth_to, step_length
 
 CLOSED, ARRESTED, NOISE = "closed", "arrested", "noise"
 UNSTABLE, YIELDS = "unstable", "yields"
@@ -62,7 +62,7 @@ def reasons(front: FrontPoints, peak: LoadCycle, rate: np.ndarray, options: Grow
     return words
 
 
-def kinks_and_extensions(front: FrontPoints, options: GrowthOptions) -> tuple[FrontStep, Counted]:
+def kinks_and_extensions(front: FrontPoints, options: GrowthOptions) -> tuple[FrontStep, CycleCount]:
     """Return the step of a crack's front points, and the load cycles of the step.
 
     Points that are not trusted take K of the nearest trusted point. `kink_angles_of` and `driving_force`
@@ -113,7 +113,7 @@ def has_way(stays: np.ndarray) -> np.ndarray:
 
 def _rates(
     front: FrontPoints, cycle: LoadCycle, rate: np.ndarray, powers: np.ndarray, options: GrowthOptions
-) -> tuple[np.ndarray, float, Counted]:
+) -> tuple[np.ndarray, float, CycleCount]:
     """Return relative rates (n,), their exponent d ln(rate) / d ln(K), and the step with its load cycles.
 
     The relative rate is da/dN over its median, within options.limits; with law uniform it is 1, and the

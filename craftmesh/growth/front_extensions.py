@@ -12,11 +12,11 @@ from craftmesh.growth.extension import doubts, kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import row_spacing
-from craftmesh.growth.kink_angle import SlipField, slip_ways
+from craftmesh.growth.kink_angle import SlipField, slip_kink_angles
 from craftmesh.growth.net_section import largest_net_stress
 from craftmesh.growth.options import SLIP, GrowthOptions, check_cycle
 from craftmesh.growth.relaxation import rows_along
-from craftmesh.growth.steps import Counted, counted, crack_size
+from craftmesh.growth.steps import CycleCount, counted, crack_size
 from craftmesh.growth.trust import trusted
 from craftmesh.mechanics.faces import RESIDUAL
 from craftmesh.mechanics.front_parameters import FrontParameters
@@ -37,7 +37,7 @@ def front_extensions(
     solutions: Mapping[str, Solution],
     found: Mapping[str, FrontParameters],
     options: GrowthOptions = GrowthOptions(),  # noqa: B008 (frozen)
-    last: Counted | None = None,
+    last: CycleCount | None = None,
     slip: SlipField | None = None,
 ) -> tuple[dict[str, np.ndarray], dict]:
     """Return the columns of sif.csv, with kink angles and extensions, and a report with the load cycles.
@@ -46,8 +46,8 @@ def front_extensions(
     `solutions`; empty if the mesh has no front. The load cases of options.cycle or options.blocks count, by
     default the first. last: the previous front, as `counted_front` reads it from a report; slip: the
     content of options.slip_table, for criterion slip. The report has the mean stress, the fields of
-    `Counted`, and `doubted`, numbers of fronts without a reliable node. Raise CraftmeshError if the cycle
-    names unknown load cases, if block_table is given, or if the criterion lacks orientations or slip.
+    `CycleCount`, and `doubted`, numbers of fronts without a reliable node. Raise CraftmeshError if the
+    cycle names unknown load cases, if block_table is given, or if the criterion lacks orientations or slip.
     """
     check_cycle(options, list(model.by_load()))
     if options.block_table:
@@ -108,21 +108,21 @@ def front_extensions(
     return columns | ways | {"flags": columns.pop("flags")}, report
 
 
-def counted_front(report: Mapping[str, float | None]) -> Counted | None:
+def counted_front(report: Mapping[str, float | None]) -> CycleCount | None:
     """Return the front and its load cycles from a report of `front_extensions`; None if it did not extend.
 
     Raise CraftmeshError for a report without these fields.
     """
-    if not set(Counted._fields) <= report.keys():
+    if not set(CycleCount._fields) <= report.keys():
         raise CraftmeshError(
             "this report has no load cycles to continue; give the --json of `craftmesh fracture --crack`"
         )
-    last = Counted(*(report[key] or 0.0 for key in Counted._fields))
+    last = CycleCount(*(report[key] or 0.0 for key in CycleCount._fields))
     return last if last.rate > 0 else None
 
 
-def _cycles(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
-    """Return a front's entries in the report, by the fields of `Counted`.
+def _cycles(count: CycleCount, options: GrowthOptions) -> dict[str, float | None]:
+    """Return a front's entries in the report, by the fields of `CycleCount`.
 
     Load cycles and their doubt are None unless da/dN is known in its unit.
     """
@@ -152,7 +152,7 @@ def _slip_angles(
         raise CraftmeshError(
             f"slip_table is {options.slip_table!r}, but only commands read it; pass its content as `slip`"
         )
-    return slip_ways(frames, front.orientation, slip, options.ring, front.grain)
+    return slip_kink_angles(frames, front.orientation, slip, options.ring, front.grain)
 
 
 def _columns(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.growth.relaxation import FrontRows
-from craftmesh.growth.steps import Counted, increment_after
+from craftmesh.growth.steps import CycleCount, increment_after
 from craftmesh.growth.trust import sources
 
 _MATRICES = {"orientation": 3, "stiffness": 6}
@@ -53,7 +53,7 @@ class FrontPoints:
     contact: bool = False
     net_stress: float = np.nan
     rows: Sequence[FrontRows] = ()
-    last: Counted | None = None
+    last: CycleCount | None = None
     still: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property

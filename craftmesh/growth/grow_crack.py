@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.arguments import typed
-from craftmesh.cracks.severed import piece_cut_off
+from craftmesh.cracks.body_separation import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import corrected

@@ -12,7 +12,7 @@ from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, WIDEST_IN_CRYSTALS, GrowthOptions
 from craftmesh.mechanics.near_field import NearField, as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
-from craftmesh.options import own_code
+from craftmesh.options import import_user_callable
 from craftmesh.surface.measure import span_of
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.surface.side_data import coordinates_hint, spans_told
@@ -68,7 +68,7 @@ def own_values(key: str, name: str, known: Sequence[str], count: int, *given: ob
     key: the option that names it; known: built-in values of the option. Raise CraftmeshError if the
     function cannot be found or returns anything else.
     """
-    values = np.asarray(own_code(key, name, known)(*given), float)
+    values = np.asarray(import_user_callable(key, name, known)(*given), float)
     if values.shape != (count,) or not np.isfinite(values).all():
         raise CraftmeshError(
             f"{key} {name} returned an invalid array of shape {values.shape}; expected {count} finite "
@@ -221,7 +221,7 @@ class SlipField:
     source: str = "slip_table"
 
 
-def slip_ways(
+def slip_kink_angles(
     frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: float, grain: np.ndarray | None = None
 ) -> np.ndarray:
     """Return kink angles (n,) in radians along the slip plane that is most active ahead of each front node.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import Options, option, own_code
+from craftmesh.options import Options, import_user_callable, option
 
 STRESS, NEAR_FIELD, SLIP = "tangential_stress", "near_field", "slip"
 # Largest kink angle tried for the tangential stress, degrees; isotropic, it peaks at 70.5 in pure mode II.
@@ -236,4 +236,4 @@ def check_own(options: GrowthOptions) -> None:
         ("driving", options.driving, DRIVING),
     ):
         if name not in known:
-            own_code(key, name, known)
+            import_user_callable(key, name, known)

@@ -9,7 +9,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import GrowthOptions
-from craftmesh.options import own_code
+from craftmesh.options import import_user_callable
 
 GRAIN = "GRAIN_"
 Key = int | str | None
@@ -287,7 +287,7 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
 def _law(kind: str, constants: str) -> RateLaw:
     """Return the law of a kind and its constants; raise ValueError, TypeError, KeyError if invalid."""
     if kind not in KINDS and constants.isidentifier():
-        return RateLaw(own_code("rates", f"{kind}:{constants}", tuple(KINDS)))
+        return RateLaw(import_user_callable("rates", f"{kind}:{constants}", tuple(KINDS)))
     values = [float(value) for value in constants.split(",")]
     positive = "table" in kind or (values[0] > 0 and min(values) >= 0)
     if not positive or not all(map(math.isfinite, values)):

@@ -8,7 +8,7 @@ import scipy
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.growth.options import MOST, GrowthOptions
-from craftmesh.surface.dividing import bisected
+from craftmesh.surface.facet_subdivision import bisected
 from craftmesh.types import Crack
 
 ROOT = 0.5  # exponent of the crack's size in K under a constant load
@@ -20,7 +20,7 @@ TOLERANCE = 1e-3
 OF_FRONT = 0.2
 
 
-class Counted(NamedTuple):
+class CycleCount(NamedTuple):
     """A front and its load cycles, from which the load cycles of the next front are counted.
 
     size: crack size; step: median extension from here, 0 if the front stays; rate: median da/dN of points
@@ -41,7 +41,7 @@ class Counted(NamedTuple):
     increment: float = 0
 
 
-def growth_to(last: Counted | None, rate: float, power: float) -> float:
+def growth_to(last: CycleCount | None, rate: float, power: float) -> float:
     """Return d ln(da/dN) / d ln(crack size) between the last front and the front with da/dN = `rate`.
 
     Without a last front it is ROOT * power, because K is taken as proportional to size^ROOT; power is
@@ -52,14 +52,14 @@ def growth_to(last: Counted | None, rate: float, power: float) -> float:
     return math.log(rate / last.rate) / math.log1p(last.step / last.size)
 
 
-def increment_after(last: Counted | None) -> int:
+def increment_after(last: CycleCount | None) -> int:
     """Return the number of the step that follows `last`, 0 if there is none."""
     return 0 if last is None else int(last.increment) + 1
 
 
 def counted(
-    last: Counted | None, size: float, step: float, rate: float, power: float, error: float
-) -> Counted:
+    last: CycleCount | None, size: float, step: float, rate: float, power: float, error: float
+) -> CycleCount:
     """Return a front with the load cycles to it and of its next step; arguments are fields of Counted.
 
     Between two fronts da/dN is a power of the crack's size, as for penny, edge and through cracks; the next
@@ -74,10 +74,10 @@ def counted(
         ahead = cycles_over(step, size, rate, growth_to(last, rate, power))
         ahead_doubt = abs(ahead - step / rate) + ahead * power * error
     number = increment_after(last)
-    return Counted(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt, number)
+    return CycleCount(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt, number)
 
 
-def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
+def _reached(last: CycleCount, rate: float, error: float) -> tuple[float, float]:
     """Return the load cycles from the first front to the front with da/dN = `rate`, and their doubt.
 
     error: relative error of the rate. If the rate is 0, they are the cycles predicted at the last front.

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from craftmesh.cracks.crack_tolerances import AREA_KEPT, INSERTION, PROMISED
 from craftmesh.cracks.near_sheet import NearSheet
-from craftmesh.cracks.promises import AREA_KEPT, INSERTION, PROMISED
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.insertion.cut import SHORTEST, CutSurface, on_border, split_edges
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
@@ -40,8 +40,8 @@ class Inserted(NamedTuple):
 class Misfit(NamedTuple):
     """Places (k, 3) where a crack is farther from the given one than insertion allows.
 
-    times, promised: largest deviation as a multiple of what INSERTION and PROMISED (`cracks/promises`)
-    allow.
+    times, promised: largest deviation as a multiple of what INSERTION and PROMISED
+    (`cracks/crack_tolerances`) allow.
     """
 
     places: np.ndarray
@@ -263,7 +263,8 @@ def refuse_gross(off: Misfit) -> None:
     """Raise CraftmeshError if a crack deviates by more than GROSS times what PROMISED allows."""
     if off.promised > GROSS:
         raise CraftmeshError(
-            f"the crack cannot be inserted as it is given: near {told(off.places[0])} the mesh would "
+            f"the crack cannot be inserted as it is given: near {rounded_values(off.places[0])} the mesh "
+            f"would "
             f"deviate by {off.promised:.0f} times the allowed distance; move the crack a little, or give a "
             "shorter l_min"
         )
@@ -282,7 +283,7 @@ def refuse_intersections(surface: Surface) -> None:
     """Raise CraftmeshError if crack facets intersect facets other than in shared corners and edges."""
     pairs = crack_intersections(surface)
     if len(pairs):
-        place = told(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)))
+        place = rounded_values(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)))
         raise CraftmeshError(
             f"the crack's facets intersect others near {place} ({len(pairs)} pairs): the crack runs along "
             "the box or a grain boundary there; move it a little, turn it or give a shorter l_min"

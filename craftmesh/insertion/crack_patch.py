@@ -64,7 +64,7 @@ def with_patch(
         for parting in range(PARTINGS + 1):
             if parting and not patch.part(cut.points[cut.facets], local[cut.facets]):
                 break
-            patch.follow()
+            patch.refine_patch()
             patch.split(on_front[nodes], 2)
             patch.split(walls, 3)
     plane = patch.plane
@@ -114,7 +114,7 @@ class _Patch:
             found[: self.plane.used[1]] = rows_among(self.plane.triangles, self.kept) >= 0
         return found
 
-    def follow(self) -> None:
+    def refine_patch(self) -> None:
         """Insert points until no facet is farther than OFF from the crack, or facets become too small.
 
         A point goes where its facet is farthest from the crack, or to a corner of the given crack next to

@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.dividing import divided
+from craftmesh.surface.facet_subdivision import divided
 from craftmesh.surface.front import among_edges
 from craftmesh.surface.measure import along_segments, edge_lengths
 from craftmesh.types import BORDER, Surface

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from craftmesh.cracks.promises import FRONT_EDGES
+from craftmesh.cracks.crack_tolerances import FRONT_EDGES
 from craftmesh.insertion.cut import CutSurface, SizeAt, trace_edges
 from craftmesh.insertion.pierce import END, TOUCHING
 from craftmesh.insertion.sheet import Sheet

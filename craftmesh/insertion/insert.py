@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.sheets import by_place, heights_of, seam_ends
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.insertion.attempts import (
     Fronts,
     Given,
@@ -22,7 +22,7 @@ from craftmesh.insertion.attempts import (
 from craftmesh.insertion.crack_patch import labels_of_patch, with_patch
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, flat_facets, with_phi
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts, without_loose_ends
-from craftmesh.insertion.inlay import inlaid
+from craftmesh.insertion.intergranular_crack import inlaid
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import at_corners, pierce, settle_front, snap_to_front
 from craftmesh.insertion.sheet import Sheet, sheet_of
@@ -215,7 +215,8 @@ def _front_and_traces(
         crowd[bad] += 1
     position = uv[front.edges[front.edges[:, 2] == bad[0]][0, 0]]
     raise CraftmeshError(
-        f"the crack front near {told(sheet.lift(position[None])[0])} runs too close along a grain boundary "
+        f"the crack front near {rounded_values(sheet.lift(position[None])[0])} runs too close along a "
+        f"grain boundary "
         "to be meshed; move the crack a little"
     )
 

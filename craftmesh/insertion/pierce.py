@@ -25,7 +25,9 @@ from craftmesh.surface.measure import edge_lengths
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
 # Chosen by hand. TOUCHING and END limit how far a node may be from the given front and from its end.
-ROUNDS = 12  # most crossings of a trace edge with the front; each pass splits edges at their first one
+PIERCE_PASSES = (
+    12  # most crossings of a trace edge with the front; each pass splits edges at their first one
+)
 TOUCHING = 1e-3  # distance, in local sizes, below which a trace point, crossing or corner is on the front
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 END = 0.3  # distance, in local sizes, below which a pierce point is the end of a front
@@ -68,9 +70,10 @@ def _at_corner(surface: CutSurface, sheet: Sheet, corner: np.ndarray) -> CutSurf
 def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
     """Split trace edges where they meet the front; new points get phi = 0, front number and arc length.
 
-    Raise CraftmeshError if ROUNDS passes do not suffice, because an edge crosses the front too often.
+    Raise CraftmeshError if PIERCE_PASSES passes do not suffice, because an edge crosses the front too
+    often.
     """
-    for _ in range(ROUNDS):
+    for _ in range(PIERCE_PASSES):
         surface = _touch(with_phi(surface, sheet), sheet)
         edges = trace_edges(surface)
         # only edges long enough to reach the front from both ends

@@ -7,7 +7,7 @@ import shapely
 
 from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.in_plane import doubled_areas
-from craftmesh.cracks.near_sheet import feet_in_triangles, weights_in_triangles
+from craftmesh.cracks.near_sheet import closest_points_on_triangles, weights_in_triangles
 from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.surface.kernels.bins import Bins
 from craftmesh.surface.kernels.holding import bins_of, holding
@@ -128,7 +128,7 @@ class Sheet:
             cell[past] = self.cells.query_nearest(shapely.points(uv[past]), all_matches=False)[1]
         corners = self.nodes[self.triangles[cell]]
         weight = weights_in_triangles(uv, corners)
-        foot, weight[past] = feet_in_triangles(uv[past], corners[past])
+        foot, weight[past] = closest_points_on_triangles(uv[past], corners[past])
         step[past] = uv[past] - foot
         return cell, weight, step
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from craftmesh.cracks.crack_tolerances import LATER_CRACKS, PROMISED
 from craftmesh.cracks.near_faces import ALONG
-from craftmesh.cracks.promises import LATER_CRACKS, PROMISED
 from craftmesh.insertion.cut import OFF, CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import move_onto
 from craftmesh.insertion.options import InsertOptions
@@ -18,7 +18,7 @@ from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, po
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface
 
-REACH = 3  # largest distance, in longest edges, at which points get an offset from the crack
+OFFSET_DISTANCE = 3  # largest distance, in longest edges, at which points get an offset from the crack
 
 
 def prepared(
@@ -26,13 +26,13 @@ def prepared(
 ) -> CutSurface:
     """Return the surface with signed distances psi from the crack, and with local edge lengths.
 
-    psi is exactly 0 at points on the crack, and NaN beyond about REACH longest edges. known (k, 3):
-    positions of points on the crack of an older mesh; such points within PROMISED.facets of the crack count
-    as on it. least: smallest target length.
+    psi is exactly 0 at points on the crack, and NaN beyond about OFFSET_DISTANCE longest edges. known (k,
+    3): positions of points on the crack of an older mesh; such points within PROMISED.facets of the crack
+    count as on it. least: smallest target length.
     """
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
-    reach = REACH * longest
+    reach = OFFSET_DISTANCE * longest
     u0, v0, u1, v1 = sheet.rim.domain.bounds
     height = (surface.points - sheet.origin) @ sheet.frame[2]
     lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.cracks.promises import FRONT_EDGES
+from craftmesh.cracks.crack_tolerances import FRONT_EDGES
 from craftmesh.insertion.cut import (
     OFF,
     SHORTEST,
@@ -134,7 +134,9 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
 ALONG = 0.1  # largest distance, in edge lengths, of a trace edge from the front along which it runs
 # As ALONG, for edges of facets that lie in the crack. It is larger, because the front has to bound these.
 ALONG_FLAT = 0.5
-ROUNDS = 10  # most bisections of edges along the front; each reduces their distance from it to a quarter
+FRONT_BISECTIONS = (
+    10  # most bisections of edges along the front; each reduces their distance from it to a quarter
+)
 # Smallest distance of a front corner from the ends of an edge's stretch, in lengths of the stretch, for a
 # split at that corner. A split at the middle would leave a needle next to the corner.
 INNER = 0.1
@@ -160,7 +162,7 @@ def settle_chords(
     than FRONT_EDGES from the front or longer than LONGEST, it is split, and its midpoint and the boundary
     move onto the front.
     """
-    for _ in range(ROUNDS):
+    for _ in range(FRONT_BISECTIONS):
         _, chords = inside_traces(surface)
         if not len(chords):
             return surface, chords

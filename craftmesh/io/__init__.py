@@ -4,5 +4,5 @@
 file's arrays, of which `voxels` makes grains. `vtk`, `npz`, `stage_npz`, `front_csv` and `json_file` read
 and write the stages' own files. `surface_files`, `point_files` and `model_tables` read users' files,
 `text_table` their text tables, and `mesh_formats` writes for other programs. Before memory is allocated,
-`declared` compares the size in a header with the file's size.
+`header_checks` compares the size in a header with the file's size.
 """

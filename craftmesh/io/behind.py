@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from craftmesh.io.oriented import metaimage_data, nrrd_data
+from craftmesh.io.metaimage_nrrd import metaimage_data, nrrd_data
 from craftmesh.io.surface_files import parts_beside
 from craftmesh.io.tesr import tesr_data
 from craftmesh.io.tiff import slice_files

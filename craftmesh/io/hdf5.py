@@ -10,8 +10,8 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, existing, listed
 from craftmesh.extras import extra
-from craftmesh.io.declared import DEFLATE, refuse_false_size
 from craftmesh.io.file_volume import belonging, is_described, is_ids
+from craftmesh.io.header_checks import DEFLATE, refuse_false_size
 
 with extra("formats"):
     import h5py
@@ -167,11 +167,11 @@ class Beside:
         """
         used = {self.labels.name, *(d.name for d in found)}
         arrays = [d for d in self.arrays if is_described(_last(d)) and _ENSEMBLES not in d.parent]
-        others = {d.name: self.told(d) for d in arrays}
+        others = {d.name: self.dataset_description(d) for d in arrays}
         others |= {name: name for name in volumes if is_ids(name.rsplit("/", 1)[1]) and name not in others}
         return [told for name, told in others.items() if name not in used]
 
-    def told(self, data: h5py.Dataset) -> str:
+    def dataset_description(self, data: h5py.Dataset) -> str:
         """Return an array's path below the parent of the labels' group; a table's with its row count."""
         rows = "" if np.prod(data.shape) >= self.ids.size else f" ({len(data)} rows)"
         return data.name.removeprefix(self._within) + rows

@@ -83,7 +83,7 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
         crystals, others = _crystals(image, numbers)
         found = [pair[0] for pair in (rotations, phases) if pair]
         notes = left_unread([*beside.unread(found, by_path), *others])
-        orientations = {beside.told(rotations[0]): rotations[1]} if rotations else {}
+        orientations = {beside.dataset_description(rotations[0]): rotations[1]} if rotations else {}
         place = image.spacing, image.origin
         return FileVolume(ids, *place, orientations, numbers, crystals, UNINDEXED, notes=notes, name=name)
 

@@ -13,7 +13,9 @@ from craftmesh.io.npz import load
 from craftmesh.io.text_table import read_table
 
 COLUMNS = ("node", "ux", "uy", "uz")
-FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) and displacement (k, 3)"
+DISPLACEMENT_FORMAT = (
+    "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) and displacement (k, 3)"
+)
 # Character positions in a .frd line of the long ASCII form: key, node, then six fields of twelve.
 _NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
 _ROWS = 100_000  # number of rows read at a time
@@ -41,12 +43,14 @@ def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.nda
         numbers = arrays.get("node", np.arange(1, len(values) + 1))
         is_sound = values.ndim == 2 and values.shape[1] == 3 and values.dtype.kind == "f"
         if not is_sound or numbers.shape != values.shape[:1] or numbers.dtype.kind not in "iu":
-            raise CraftmeshError(f"{path}: its entries are {', '.join(arrays)}; expected {FORM}")
+            raise CraftmeshError(
+                f"{path}: its entries are {', '.join(arrays)}; expected {DISPLACEMENT_FORMAT}"
+            )
         return numbers.astype(np.int64), values.astype(float)
     try:
         rows = read_table(path, COLUMNS).numbers(COLUMNS)
     except CraftmeshError as error:
-        raise CraftmeshError(f"{error}; expected {FORM}") from None
+        raise CraftmeshError(f"{error}; expected {DISPLACEMENT_FORMAT}") from None
     numbers = rows[:, 0].astype(np.int64)
     if (numbers != rows[:, 0]).any():
         raise CraftmeshError(f"{path}: column 'node' contains fractions; expected node numbers of the deck")

@@ -14,7 +14,6 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing
-from craftmesh.io.declared import refuse_false_size, refuse_false_zip
 from craftmesh.io.file_volume import (
     EULERS,
     QUATERNIONS,
@@ -30,6 +29,7 @@ from craftmesh.io.file_volume import (
     to_xyz,
     unit_said,
 )
+from craftmesh.io.header_checks import refuse_false_size, refuse_false_zip
 from craftmesh.types import VOID, Crystal, Voxels
 
 # Value of the entry `format`. In this format label 0 is the outside, and -k the void k.

@@ -17,7 +17,7 @@ import numpy as np
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.extras import extra
-from craftmesh.io.declared import HEAD, data_file, enough_memory, heard, refuse_false_zip
+from craftmesh.io.header_checks import HEAD, data_file, enough_memory, heard, refuse_false_zip
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
 LISTED = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"  # for messages

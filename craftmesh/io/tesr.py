@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.declared import data_file, refuse_false_size
 from craftmesh.io.file_volume import (
     DEGREES,
     EULERS,
@@ -32,6 +31,7 @@ from craftmesh.io.file_volume import (
     of_symmetry,
     table_rows,
 )
+from craftmesh.io.header_checks import data_file, refuse_false_size
 from craftmesh.types import VOID, Crystal
 
 _BINARY = {

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.extras import extra
-from craftmesh.io.declared import DEFLATE, HEAD, heard, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
+from craftmesh.io.header_checks import DEFLATE, HEAD, heard, refuse_false_size
 
 SUFFIXES = (".tif", ".tiff")
 Place = tuple[np.ndarray | None, str]  # spacing (3,) along x, y, z, None if unknown, and its unit
@@ -39,7 +39,7 @@ def read_tiff(path: str | os.PathLike) -> FileVolume:
     spacing, unit = places[0] if len(files) == 1 else NO_PLACE
     notes: tuple[str, ...] = ()
     if spacing is not None:
-        notes = (f"lengths are in {unit or 'an unknown unit'}, spacing {told(spacing)}",)
+        notes = (f"lengths are in {unit or 'an unknown unit'}, spacing {rounded_values(spacing)}",)
     if volume.dtype == np.uint8 and volume.max(initial=0) == 255:
         notes += ("8-bit labels reach 255, so larger labels may have been clipped; export 16 bits",)
     return FileVolume(volume.transpose(2, 1, 0), spacing, notes=notes)

@@ -24,7 +24,7 @@ from craftmesh.io.file_volume import (
     pick,
     unit_said,
 )
-from craftmesh.io.oriented import ALIGNED
+from craftmesh.io.metaimage_nrrd import ALIGNED
 from craftmesh.types import GRAIN, UNINDEXED, VOID
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")

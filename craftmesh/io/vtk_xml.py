@@ -12,7 +12,7 @@ import numpy as np
 from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing_file
-from craftmesh.io.declared import enough_memory
+from craftmesh.io.header_checks import enough_memory
 from craftmesh.io.vtk_xml_file import TYPE_NAMES, VtkFile
 
 # zlib's level: 1 packs connectivity 4-fold; 5 packs hardly more and takes three times as long.

@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from craftmesh.io.declared import DEFLATE, refuse_false_size, unpacked
+from craftmesh.io.header_checks import DEFLATE, refuse_false_size, unpacked
 
 _TYPES = {f"{'U' * (k == 'u')}Int{8 * n}": f"{k}{n}" for k in "iu" for n in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}

@@ -4,6 +4,7 @@
 `materials` and `orientation` give stiffnesses, `crystals` those of a file's phases, `cohesive` the layers
 on grain boundaries, `user_materials` constants for subroutines. `load` finds the nodes that are held or
 moved and the tractions, from the rows of `faces`, `lips` and `eigenstrains`; `history` has the steps of a
-load, and `holding` the supports that keep bodies in place. `near_field` has the fields at a crack front in
-any crystal, `front_parameters` the SIFs along it, and `stress` the stresses of a displacement field.
+load, and `rigid_body_supports` the supports that keep bodies in place. `near_field` has the fields at a
+crack front in any crystal, `front_parameters` the SIFs along it, and `stress` the stresses of a
+displacement field.
 """

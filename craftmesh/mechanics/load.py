@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.faces import FIXED, STRAIN, STRESS, FaceRow
-from craftmesh.mechanics.holding import lacking
+from craftmesh.mechanics.rigid_body_supports import lacking
 from craftmesh.mesh.front_curve import unit
 from craftmesh.mesh.integration import face_points
 from craftmesh.mesh.mesh_sets import node_sets_of

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.mechanics.lips import interpolated, lips_of
 from craftmesh.mechanics.load import Traction
 from craftmesh.mechanics.materials import COMPONENT
@@ -37,7 +37,8 @@ class StressField:
         is_covered, where = covered(along, self.points, count)
         if not is_covered.all():
             raise CraftmeshError(
-                f"residual_stress: has no value at {told(places[~is_covered][0])} on the crack, {where}; "
+                f"residual_stress: has no value at {rounded_values(places[~is_covered][0])} on the "
+                f"crack, {where}; "
                 "give values at all places that the crack may reach, 0 where there is no stress"
             )
         return interpolated(self.points, self.stress, along, count)[:, COMPONENT]

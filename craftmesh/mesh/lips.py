@@ -101,12 +101,12 @@ def lips_apart(mesh: TetMesh, opening: float) -> TetMesh:
 
 
 # Distance, in local sizes (mean lengths of nearby front edges), within which lip nodes are used to fit a
-# quadric at a front node; nearer ones count more. WIDE is used where its quadric deviates by at most SMOOTH
-# local sizes (rms) from the nodes, else REACH. On a lens of ten edges radius, where the deviation is 0.003,
-# normals err by 0.13 degrees (rms) with WIDE and by 0.25 with REACH; of five edges radius, where it is
-# 0.008, by 0.3 and 1.0. A kink of 5 degrees two edges behind the front, as growth leaves it, also gives
-# 0.008, and would turn normals by 1.5 degrees with WIDE, by 0.4 with REACH.
-WIDE, REACH = 5.0, 3.0
+# quadric at a front node; nearer ones count more. WIDE_FIT is used where its quadric deviates by at most
+# SMOOTH local sizes (rms) from the nodes, else NARROW_FIT. On a lens of ten edges radius, where the
+# deviation is 0.003, normals err by 0.13 degrees (rms) with WIDE_FIT and by 0.25 with NARROW_FIT; of five
+# edges radius, where it is 0.008, by 0.3 and 1.0. A kink of 5 degrees two edges behind the front, as growth
+# leaves it, also gives 0.008, and would turn normals by 1.5 degrees with WIDE_FIT, by 0.4 with NARROW_FIT.
+WIDE_FIT, NARROW_FIT = 5.0, 3.0
 SMOOTH = 0.008
 # Smallest cosine between the normals of a lip node and of the front; lip nodes below it lie behind a kink.
 SAME_SHEET = np.cos(np.radians(25))
@@ -129,7 +129,7 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
     lip_points, lip_normals = mesh.points[lip], unit(normals[lip])
     start = unit(square_to(normals[nodes], tangents))
     found = scipy.spatial.KDTree(lip_points).query_ball_point(
-        mesh.points[nodes], WIDE * sizes, return_sorted=True
+        mesh.points[nodes], WIDE_FIT * sizes, return_sorted=True
     )
     result = start.copy()
     for k, near in enumerate(found):
@@ -137,8 +137,8 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
         offset = (lip_points[near] - mesh.points[nodes[k]]) / sizes[k]
         binormal = np.cross(tangents[k], start[k])
         x, y, z = (offset @ axis for axis in (binormal, tangents[k], start[k]))
-        slope, off = _fitted(x, y, z, WIDE)
-        slope = slope if off <= SMOOTH else _fitted(x, y, z, REACH)[0]
+        slope, off = _fitted(x, y, z, WIDE_FIT)
+        slope = slope if off <= SMOOTH else _fitted(x, y, z, NARROW_FIT)[0]
         result[k] = start[k] - slope * binormal
     return unit(result)
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from craftmesh.arguments import typed
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
@@ -95,7 +95,8 @@ def remesh(
     if moves.max() > FAR:
         report["notes"] = [
             f"smoothing moves points by up to {moves.max():.3g} voxels, over {FAR:g}, a voxel's diagonal, "
-            f"at {told(surface.points[moves.argmax()])}: fewer laps keep points closer to the voxels"
+            f"at {rounded_values(surface.points[moves.argmax()])}: fewer laps keep points closer to the "
+            f"voxels"
         ]
     return surface, report
 

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-from craftmesh.cracks.promises import PROMISED
+from craftmesh.cracks.crack_tolerances import PROMISED
 from craftmesh.renewal.whole import Whole
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.connectivity import corners_of, joined, layers_around, touching

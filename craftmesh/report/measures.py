@@ -15,7 +15,8 @@ from craftmesh.report.case_files import Case, Failure, Increment
 
 # Number of tetrahedra in a cube with the edge length of a uniform mesh. Measured on the demo's volume with
 # edges of 1.5, 1.2 and 0.9: 11.6, 10.9 and 10.4, which falls as the surface matters less. The smallest is
-# used, so that reductions are not overestimated. (`campaign/effort` has the number for gradated meshes.)
+# used, so that reductions are not overestimated. (`campaign/job_resources` has the number for gradated
+# meshes.)
 UNIFORM_TETS = 10.4
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.cracks.crack_surface_intersections import Oblique, Traces
 from craftmesh.cracks.height_parts import best_fit_frame
-from craftmesh.cracks.meetings import Oblique, Traces
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.extras import extra
 from craftmesh.report.pictures import GRAINS, as_png, box_edges, frame_box, new_figure

@@ -6,13 +6,13 @@ The longer the edges are relative to such a gap, the flatter are the tetrahedra 
 import numpy as np
 import scipy
 
+from craftmesh.cracks.crack_tolerances import PROMISED
 from craftmesh.cracks.near_faces import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
-from craftmesh.cracks.promises import PROMISED
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import PER_WIDTH, Sizing, densify, where_short
-from craftmesh.surface.dividing import bisected
+from craftmesh.surface.facet_subdivision import bisected
 from craftmesh.surface.measure import unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
@@ -78,13 +78,13 @@ def _to_face(
     upright = np.ones(len(at_kinks))  # the crack leaves a kink to both sides, so its tilt there is steep
     # distances over areas are measured at centres up to l_min apart
     found = (
-        (_apart(centres, steep, met, box, face, sizing.l_min), PER_WIDTH, SHORTEST),
+        (_face_distances(centres, steep, met, box, face, sizing.l_min), PER_WIDTH, SHORTEST),
         (
-            _apart(at_kinks, upright, _crossings(kinks, box, face), box, face, 0.0),
+            _face_distances(at_kinks, upright, _crossings(kinks, box, face), box, face, 0.0),
             PER_WIDTH,
             SHORTEST_BESIDE_LINES,
         ),
-        (_apart(at_lines, beside, met, box, face, 0.0), per, SHORTEST_BESIDE_LINES),
+        (_face_distances(at_lines, beside, met, box, face, 0.0), per, SHORTEST_BESIDE_LINES),
     )
     places = np.concatenate([centres, at_kinks, at_lines])
     lengths = [np.maximum(per * width, least * sizing.l_min) for width, per, least in found]
@@ -92,7 +92,7 @@ def _to_face(
     return places[short], np.concatenate(lengths)[short]
 
 
-def _apart(
+def _face_distances(
     places: np.ndarray, tilt: np.ndarray, met: np.ndarray, box: np.ndarray, face: Face, slack: float
 ) -> np.ndarray:
     """Return distances (k,) of places (k, 3) from a box face, inf where the crack leads to that face.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_array, csr_array, eye_array, triu
 
-from craftmesh.mechanics.holding import rigid_motions
+from craftmesh.mechanics.rigid_body_supports import rigid_motions
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
 from craftmesh.solve.kernels.assembly import assemble_blocks
 from craftmesh.solve.kernels.blocks import (

@@ -50,7 +50,7 @@ class SolveOptions(Options):
         """Raise CraftmeshError for values out of bounds and for invalid commands."""
         super().__post_init__()
         for call in self.command:
-            words_of(call, "job", "script", "field")
+            split_command(call, "job", "script", "field")
 
     def check_takes(self, cohesive: bool, steps: bool, plates: bool) -> None:
         """Raise CraftmeshError if the field of the solver on a deck could not be read.
@@ -80,7 +80,7 @@ def waited_for(field: Path, cases: Sequence[str]) -> list[Path]:
     return [field.with_stem(f"{field.stem}_{case}") for case in cases] or [field]
 
 
-def words_of(call: str, job: str, script: str, field: str) -> list[str]:
+def split_command(call: str, job: str, script: str, field: str) -> list[str]:
     """Split the command line `call` into words and substitute {job}, {script} and {field}.
 
     Raises CraftmeshError for other placeholders, open quotes, and an empty line.

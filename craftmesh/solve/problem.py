@@ -6,9 +6,9 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.eigenstrains import components
-from craftmesh.mechanics.holding import free_motions, supported_bodies
 from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mechanics.rigid_body_supports import free_motions, supported_bodies
 from craftmesh.mesh.integration import DECK_RULE, shape_slopes, smallest_jacobians, tet_rule
 from craftmesh.solve.kernels.elements import internal_forces
 from craftmesh.types import TetMesh

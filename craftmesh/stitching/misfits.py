@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.stitching.outer_shells import grain_names
 from craftmesh.surface.connectivity import joined
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
@@ -61,7 +61,7 @@ def refuse_misfits(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) ->
         raise CraftmeshError(said.words)
     pairs = intersecting_pairs(points, facets, limit=MOST_PAIRS)
     if len(pairs):
-        labels, place = sides[pairs[0]], told(points[facets[pairs[0]]].mean(axis=(0, 1)))
+        labels, place = sides[pairs[0]], rounded_values(points[facets[pairs[0]]].mean(axis=(0, 1)))
         names = grain_names(labels[labels > 0])
         raise CraftmeshError(
             f"the surfaces of grains {names} intersect near {place}, "
@@ -100,7 +100,7 @@ def _alone(corners: np.ndarray, sides: np.ndarray, lone: np.ndarray, of_lone: np
     hint = unit_hint(*spans, sizes[0] / sizes[1]) if is_of_other_unit else ""
     words = (
         f"grains {grain_names(lone)} lie {f'inside grain {host}' if host else 'off the others'}, near "
-        f"{told(place)}, sharing no facet with any; {all_spans}{hint}; "
+        f"{rounded_values(place)}, sharing no facet with any; {all_spans}{hint}; "
         "expected grains that touch, all in one unit: fix these files, or leave them out"
     )
     return _Alone(words, is_of_other_unit or are_apart(*spans))

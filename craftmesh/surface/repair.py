@@ -12,7 +12,7 @@ from craftmesh.types import Surface
 
 # Most smoothing passes. Points of faulty facets move; after each PATIENCE + 1 passes, points of one more
 # ring of facets around these move too.
-ROUNDS = 24
+SMOOTHING_PASSES = 24
 WEIGHT = 0.7  # fraction of the distance to the mean of its neighbours that a point moves in a pass
 # Most facets that a report names.
 MAX_NAMED = 1000
@@ -22,10 +22,10 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     """Return the surface with points moved so that fewer facets intersect or are degenerate, and a report.
 
     Points near such facets move towards the mean of their neighbours: on triple lines along these, within
-    box planes and edges; points of the crack and corners of the box stay. The best of at most ROUNDS passes
-    counts, so faults may be left. All grains share the points, so neighbours stay conformal. The result
-    depends on the surface alone, so jobs that mesh different grains get the same bits. A surface without
-    faults is returned unchanged.
+    box planes and edges; points of the crack and corners of the box stay. The best of at most
+    SMOOTHING_PASSES passes counts, so faults may be left. All grains share the points, so neighbours stay
+    conformal. The result depends on the surface alone, so jobs that mesh different grains get the same
+    bits. A surface without faults is returned unchanged.
     """
     facets = surface.facets.astype(np.int64)
     faulty = faulty_facets(surface.points, facets)
@@ -34,7 +34,7 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
         classes = Classification(surface)
         mobile, drawn = classes.free, smoothing_neighbours(classes)
         points = surface.points
-        for done in range(ROUNDS):
+        for done in range(SMOOTHING_PASSES):
             around = vertices_around(facets, faulty, done // (PATIENCE + 1), len(points))
             points = lapped(points, [WEIGHT], drawn, ~(mobile & around[:, None]))
             faulty = faulty_facets(points, facets)

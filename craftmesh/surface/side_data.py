@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import scipy
 
-from craftmesh.errors import CraftmeshError, listed, told
+from craftmesh.errors import CraftmeshError, listed, rounded_values
 from craftmesh.surface.measure import span_of
 from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Voxels
@@ -27,7 +27,8 @@ def are_apart(first: np.ndarray, second: np.ndarray, gap: float = 0.0) -> bool:
 def spans_told(names: tuple[str, str], first: np.ndarray, second: np.ndarray) -> str:
     """Return a text with the names and limits of two bounding boxes (2, 3)."""
     return ", ".join(
-        f"{name} from {told(low)} to {told(high)}" for name, (low, high) in zip(names, (first, second))
+        f"{name} from {rounded_values(low)} to {rounded_values(high)}"
+        for name, (low, high) in zip(names, (first, second))
     )
 
 

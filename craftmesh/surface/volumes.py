@@ -19,7 +19,7 @@ from craftmesh.types import Surface
 # Largest move of a vertex in one correction, relative to the mean length of its edges.
 STEP = 0.3
 # Relative error of the volumes from which on they are corrected, and most corrections.
-TOLERANCE, ROUNDS = 5e-4, 8
+TOLERANCE, VOLUME_CORRECTIONS = 5e-4, 8
 # Regularisation, relative to the diagonal: the system is singular if the grains fill a box of fixed volume.
 DAMPING = 1e-9
 
@@ -28,7 +28,7 @@ def restore_volumes(
     surface: Surface,
     targets: Mapping[int, float],
     bounds: MoveBounds | None = None,
-    rounds: int = ROUNDS,
+    rounds: int = VOLUME_CORRECTIONS,
     reach: np.ndarray | float = np.inf,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Surface, dict]:

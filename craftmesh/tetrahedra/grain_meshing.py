@@ -18,8 +18,8 @@ from craftmesh.tetrahedra.grain_region import (
 )
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.interior_points import interior_points
-from craftmesh.tetrahedra.ladder import MeshingTask
 from craftmesh.tetrahedra.meshers import load_mesher
+from craftmesh.tetrahedra.meshing_attempts import MeshingTask
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import poor_tets

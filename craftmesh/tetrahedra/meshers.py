@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import own_code
+from craftmesh.options import import_user_callable
 from craftmesh.surface.rounding import EXACT
 
 BUILT_IN = {
@@ -52,7 +52,7 @@ def load_mesher(name: str) -> Mesher:
 
     Raises CraftmeshError if there is none of this name, or if its class needs arguments.
     """
-    made = own_code("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
+    made = import_user_callable("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
     try:
         return made()
     except TypeError as error:

@@ -22,9 +22,9 @@ from craftmesh.tetrahedra.kernels.tet_passes import (
     swap_pass,
 )
 from craftmesh.tetrahedra.kernels.tet_quality import (
-    FORM,
+    COMBINED_QUALITY,
+    SHAPE_QUALITY,
     VOLUME_LENGTH,
-    WHOLE,
     WIDE,
     all_qualities,
 )
@@ -67,15 +67,15 @@ class Step:
 CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
 FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
-ROUNDS = 2
-# Last, FORMED raises the worst tets by FORM towards dihedral angles of 15..149 degrees, which spreads bad
-# shapes at the surface over several tets. LIGHTEN then lowers the fault weight, so that few of these tets
-# stay poor or stretched.
-LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
+FREE_REPEATS = 2
+# Last, FORMED raises the worst tets by SHAPE_QUALITY towards dihedral angles of 15..149 degrees, which
+# spreads bad shapes at the surface over several tets. LIGHTEN then lowers the fault weight, so that few of
+# these tets stay poor or stretched.
+LIGHTEN = Step("improve", SOUND_FROM, COMBINED_QUALITY, FAULTS, FALL, rounds=8, inserts=True)
 # Its threshold is a little over SOUND_FROM, the quality from which tets are neither poor nor stretched.
-SOUNDER = Step("improve", 0.355, WHOLE, rounds=2, inserts=True)
-FORMED = Step("improve", WIDE, FORM, rounds=4, inserts=True)
-SCHEDULE = (MOVE, Step("improve", 0.55), *(ROUNDS * FREE_ROUND), *LAST_ROUND, FORMED, LIGHTEN)
+SOUNDER = Step("improve", 0.355, COMBINED_QUALITY, rounds=2, inserts=True)
+FORMED = Step("improve", WIDE, SHAPE_QUALITY, rounds=4, inserts=True)
+SCHEDULE = (MOVE, Step("improve", 0.55), *(FREE_REPEATS * FREE_ROUND), *LAST_ROUND, FORMED, LIGHTEN)
 
 
 def optimise_tets(

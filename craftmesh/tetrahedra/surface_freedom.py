@@ -7,7 +7,7 @@ they move nearly within the crack.
 
 import numpy as np
 
-from craftmesh.cracks.promises import TETRAHEDRA
+from craftmesh.cracks.crack_tolerances import TETRAHEDRA
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import lowest_equal_point, unique_edges
 from craftmesh.surface.front import median_front_edge

@@ -1,7 +1,7 @@
 """Surface moves for all grains at once: along the surface, and off the surface at faulty tets.
 
 Faulty tets are flat, poor (bad dihedral angles or shape factor), stretched (aspect ratio over STRETCHED) or
-narrow (under WIDE by the measure FORM).
+narrow (under WIDE by the measure SHAPE_QUALITY).
 """
 
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, hold
 from craftmesh.tetrahedra.kernels.tet_means import mean_edges
 from craftmesh.tetrahedra.kernels.tet_objective import SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import (
-    FORM,
+    COMBINED_QUALITY,
     POOR,
+    SHAPE_QUALITY,
     STRETCHED,
-    WHOLE,
     WIDE,
     all_aspect_ratios,
     all_qualities,
@@ -36,12 +36,12 @@ from craftmesh.tetrahedra.whole_mesh import Model, regrouped
 from craftmesh.types import Surface
 
 # Moves along the surface: two passes, because a third one would lower the mean aspect ratio by only .0005.
-SLIDING = 2 * (Step("aspect", FREE_FROM, WHOLE),)
+SLIDING = 2 * (Step("aspect", FREE_FROM, COMBINED_QUALITY),)
 # Largest moves off the surface, relative to the mean length of the edges at the point, in successive rounds
 # while tets are faulty, so that small moves are tried before large ones. On random cracks, 0.15 as the last
 # of these leaves several times as many stretched tets as 0.4.
 REACHES = (0.025, 0.05, 0.1, 0.2, 0.4)
-# The last of these rounds in which tets that are only narrow (under WIDE by FORM) are worked on.
+# The last of these rounds in which tets that are only narrow (under WIDE by SHAPE_QUALITY) are worked on.
 NARROW_REACH = 0.1
 # Largest estimated relative volume change of grains and voids; it does not bound points at flat and poor
 # tets.
@@ -71,7 +71,7 @@ def slid(model: Model) -> tuple[Model, dict]:
     size = np.empty(len(may))
     mean_edges(model.points, tets, size, np.empty(len(may), np.int64))
     state = unlinked_state(model.points.copy(), tets, size, ~may, model.quality.copy(), bounds)
-    do_steps(state, SLIDING, new_scratch(), WHOLE)
+    do_steps(state, SLIDING, new_scratch(), COMBINED_QUALITY)
     found = model.moved(state.points, state.quality)
     moves = np.linalg.norm(found.surface.points - model.surface.points, axis=1)
     return found, {
@@ -138,7 +138,7 @@ def given_way(model: Model) -> GivenWay:
     quality, bad = model.quality, model.quality < SOUND_FROM
     rows = np.flatnonzero(~bad & (quality < FREE_FROM))
     form = np.empty(len(rows))
-    all_qualities(points, tets[rows], len(rows), form, FORM)
+    all_qualities(points, tets[rows], len(rows), form, SHAPE_QUALITY)
     bad[rows] = form < WIDE
     if not bad.any():
         return GivenWay(model)

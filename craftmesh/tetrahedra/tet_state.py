@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.by_reference import by_reference
+from craftmesh.kernel_structs import by_reference
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets
 
 # Length of the state's arrays: this multiple of the mesh's points or tets, plus SPARE rows. Insertions add

@@ -14,8 +14,8 @@ from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.tetrahedra.interior_points import lattice_cell
-from craftmesh.tetrahedra.ladder import Attempt, Ladder, MeshingTask, attempts
 from craftmesh.tetrahedra.meshers import BUILT_IN, load_mesher
+from craftmesh.tetrahedra.meshing_attempts import Attempt, Ladder, MeshingTask, attempts
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
 from craftmesh.voxels.islands import Island

@@ -8,7 +8,7 @@ import numpy as np
 
 from craftmesh.mesh.common_nodes import common_points, common_tets, grain_of_tets
 from craftmesh.surface.connectivity import lowest_equal_point
-from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
+from craftmesh.tetrahedra.kernels.tet_quality import COMBINED_QUALITY, all_qualities
 from craftmesh.types import GrainTets, Surface
 
 
@@ -36,9 +36,9 @@ class Model:
 
     @cached_property
     def quality(self) -> np.ndarray:
-        """Quality (m,) of each tet by the measure WHOLE (`tet_quality`)."""
+        """Quality (m,) of each tet by the measure COMBINED_QUALITY (`tet_quality`)."""
         quality = np.empty(len(self.tets))
-        all_qualities(self.points, self.tets, len(quality), quality, WHOLE)
+        all_qualities(self.points, self.tets, len(quality), quality, COMBINED_QUALITY)
         return quality
 
     def moved(self, points: np.ndarray, quality: np.ndarray) -> "Model":
@@ -71,7 +71,7 @@ def regrouped(
     """Return the model with new tets (k, 4) instead of its tets `rows`.
 
     points (n, 3): the model's points, then new points. grain, quality (k,): of the new tets, quality by
-    WHOLE. Interior points that no tet uses are removed.
+    COMBINED_QUALITY. Interior points that no tet uses are removed.
     """
     stays, used = np.ones(len(model.tets), bool), np.zeros(len(points), bool)
     stays[rows] = False

@@ -9,10 +9,10 @@ import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, existing, listed, named
-from craftmesh.io.declared import enough_memory
 from craftmesh.io.file_volume import UNSAID, FileVolume
+from craftmesh.io.header_checks import enough_memory
+from craftmesh.io.metaimage_nrrd import read_metaimage, read_nrrd
 from craftmesh.io.npz import read_npy, read_npz
-from craftmesh.io.oriented import read_metaimage, read_nrrd
 from craftmesh.io.tesr import read_tesr
 from craftmesh.io.tiff import read_tiff
 from craftmesh.io.volume_format import AUTO, format_of

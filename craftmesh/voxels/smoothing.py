@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from craftmesh.voxels.kernels.exchange import REACH, contact_key, exchange
+from craftmesh.voxels.kernels.exchange import CONNECTION_DISTANCE, contact_key, exchange
 from craftmesh.voxels.kernels.votes import MOST_GRAINS, choices, votes
 
 # Radius of the Gaussian, in standard deviations; 4% of its weight are beyond.
@@ -78,7 +78,7 @@ class _Grid:
     @classmethod
     def of(cls, labels: np.ndarray, spacing: np.ndarray) -> "_Grid":
         offsets, weights = _gaussian(spacing)
-        rim = np.maximum(REACH, np.abs(offsets).max(axis=0)).tolist()
+        rim = np.maximum(CONNECTION_DISTANCE, np.abs(offsets).max(axis=0)).tolist()
         ids = np.unique(labels)
         grains = ids[ids > 0]
         code = np.where(ids > 0, np.cumsum(ids > 0) - 1, -8 - np.cumsum(ids <= 0))

@@ -7,7 +7,7 @@ import pytest
 from few_facets import double_cone
 from warped_cracks import disc_crack
 
-from craftmesh.campaign.effort import (
+from craftmesh.campaign.job_resources import (
     UNKNOWN,
     VARIABLE,
     WORKERS,

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from craftmesh.campaign.home import refusal
 from craftmesh.campaign.runs import LOCKS, RUNS, enter, run_of
+from craftmesh.campaign.workflow_location import refusal
 from craftmesh.processes.guard import guarded, release
 
 SLEEP = "import time; time.sleep(60)"

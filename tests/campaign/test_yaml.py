@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.home import read_config
+from craftmesh.campaign.workflow_location import read_config
 from craftmesh.cli import main
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels

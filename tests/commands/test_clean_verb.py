@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from craftmesh.campaign.standing import jobs
+from craftmesh.campaign.case_status import jobs
 from craftmesh.cli import main
 from craftmesh.report.case_files import STAGES
 

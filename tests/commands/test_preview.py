@@ -9,7 +9,7 @@ from matplotlib.image import imread
 from structured_box import structured_box
 
 from craftmesh.cli import main
-from craftmesh.cracks.meetings import oblique, traces
+from craftmesh.cracks.crack_surface_intersections import oblique, traces
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.io.vtk import write_crack, write_surface

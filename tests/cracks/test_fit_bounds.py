@@ -9,7 +9,7 @@ from surface_writer import write_triangles
 
 from craftmesh.cli import main
 from craftmesh.cracks.fit_bounds import notes_on_size, refuse_other_place
-from craftmesh.cracks.measured import crack_through_points
+from craftmesh.cracks.fitted_surface import crack_through_points
 from craftmesh.cracks.one_sheet import sides_apart
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.two_sided import middle_sheet

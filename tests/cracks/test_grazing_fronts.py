@@ -6,10 +6,10 @@ from given_cracks import over_grid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from craftmesh.cracks.crack_tolerances import PREPARATION
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prepare import prepare_crack
-from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.triangulated import crack_from_triangles

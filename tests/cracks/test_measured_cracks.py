@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from craftmesh.cli import main
 from craftmesh.commands.crack import given_surface
 from craftmesh.cracks.check_crack import check_crack
+from craftmesh.cracks.fitted_surface import crack_through_fronts, crack_through_points
 from craftmesh.cracks.in_plane import filled
-from craftmesh.cracks.measured import crack_through_fronts, crack_through_points
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.cracks.series import crack_area, crack_of_increment

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.commands.crack import given_surface
-from craftmesh.cracks.measured import crack_along_path
+from craftmesh.cracks.fitted_surface import crack_along_path
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import crack_of_increment
 from craftmesh.errors import CraftmeshError

@@ -11,7 +11,7 @@ from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.growth.steps import Counted
+from craftmesh.growth.steps import CycleCount
 from craftmesh.io.front_csv import read_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_tets
@@ -118,7 +118,7 @@ def test_a_mesh_without_a_front_has_no_rows(folder, tmp_path):
     )
     files = [str(tmp_path / name) for name in ("volume.vtu", "u.npz")]
     assert main(["solve", files[0], "-o", files[1], *MATERIAL]) == 0
-    last = dict.fromkeys(Counted._fields, 0.0) | {"rate": 1.0, "cycles": 5.0, "ahead": 2.0}
+    last = dict.fromkeys(CycleCount._fields, 0.0) | {"rate": 1.0, "cycles": 5.0, "ahead": 2.0}
     (tmp_path / "last.json").write_text(json.dumps({"growth": last}))
     target = ["-o", str(tmp_path / "sif.csv"), "--json", str(tmp_path / "fracture.json")]
     growth = ["--crack", str(folder / "crack.vtp"), "--last", str(tmp_path / "last.json")]

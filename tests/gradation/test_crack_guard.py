@@ -10,11 +10,11 @@ from structured_box import structured_box
 from unchanged import OPEN
 
 from craftmesh import Sizing, gradate
-from craftmesh.cracks.promises import GRADATED
+from craftmesh.cracks.crack_tolerances import GRADATED
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE
 from craftmesh.gradation.kernels.collapse import collapse
 from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
+from craftmesh.gradation.kernels.result_codes import DISTANCE, DONE
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.sizing.sizing import densify

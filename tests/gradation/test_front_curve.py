@@ -10,8 +10,8 @@ from craftmesh import Sizing, gradate
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.gradation.crack_reference import front_segments
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE
 from craftmesh.gradation.kernels.one_pass import COLLAPSE
+from craftmesh.gradation.kernels.result_codes import DISTANCE, DONE
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.sizing.sizing import densify
 from craftmesh.surface.front import front_edges

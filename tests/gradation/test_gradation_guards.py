@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from random_cases import RandomCase, random_case
 
 from craftmesh import Surface, gradate
+from craftmesh.gradation.nonmanifold_vertices import release_tied_nodes
 from craftmesh.gradation.preprocess import smooth_junctions
-from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.kernels.hinges import SHARP_WEDGE
 from craftmesh.surface.kernels.triangles import triangles_intersect

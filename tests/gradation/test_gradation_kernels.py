@@ -11,15 +11,14 @@ from hypothesis import strategies as st
 from structured_box import structured_box
 from unchanged import OPEN
 
-from craftmesh.by_reference import by_reference
 from craftmesh.gradation.crack_reference import crack_triangles
-from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
 from craftmesh.gradation.kernels.facet_grid import gather_candidates
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.intersections import star_intersects
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, RELAX, one_pass
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
+from craftmesh.gradation.kernels.result_codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.sheets import no_sheet
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.locality import BLOCK, block_order
@@ -33,6 +32,7 @@ from craftmesh.gradation.passes import (
     swap_poor,
 )
 from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.kernel_structs import by_reference
 from craftmesh.surface.kernels.facet_shape import (
     angle_score,
     facet_distance2,

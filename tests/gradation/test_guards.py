@@ -5,8 +5,8 @@ import pytest
 from structured_box import structured_box
 from unchanged import INF, OPEN, frozen
 
-from craftmesh.by_reference import by_reference
-from craftmesh.gradation.kernels.codes import (
+from craftmesh.gradation.kernels.guards import attempt, refusal
+from craftmesh.gradation.kernels.result_codes import (
     ANGLE,
     DISTANCE,
     DONE,
@@ -19,11 +19,11 @@ from craftmesh.gradation.kernels.codes import (
     counted,
     is_held,
 )
-from craftmesh.gradation.kernels.guards import attempt, refusal
 from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import State, make_state
+from craftmesh.kernel_structs import by_reference
 
 
 @pytest.fixture

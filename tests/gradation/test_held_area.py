@@ -8,7 +8,7 @@ from structured_box import structured_box
 
 import craftmesh.gradation.gradate as gradation
 from craftmesh import Sizing, gradate
-from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, LEAST_AREA_PROMISED
+from craftmesh.cracks.crack_tolerances import AREA_KEPT, AREA_PROMISED, LEAST_AREA_PROMISED
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import area_off, segments_of
 from craftmesh.gradation.crack_reference import HeldArea

@@ -5,8 +5,8 @@ import pytest
 from few_facets import fan
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
+from craftmesh.gradation.nonmanifold_vertices import release_tied_nodes
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
-from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges

@@ -7,8 +7,8 @@ import pytest
 from few_facets import BOX, double_cone, fan, prepared, sheet, tried
 from unchanged import OPEN, frozen
 
-from craftmesh.by_reference import by_reference
-from craftmesh.gradation.kernels.codes import (
+from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
+from craftmesh.gradation.kernels.result_codes import (
     ANGLE,
     CONSTRAINT,
     DISTANCE,
@@ -24,10 +24,10 @@ from craftmesh.gradation.kernels.codes import (
     ON_CRACK,
     ON_FRONT,
 )
-from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
 from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.passes import Gradation, Limits, filled_grid
 from craftmesh.gradation.state import make_state
+from craftmesh.kernel_structs import by_reference
 from craftmesh.types import CRACK, INTERFACE, Surface
 
 INF = float("inf")

@@ -6,15 +6,6 @@ from few_facets import BOX, fan, off_centre, prepared, sheet, tried
 from structured_box import structured_box
 from unchanged import OPEN, frozen
 
-from craftmesh.by_reference import by_reference
-from craftmesh.gradation.kernels.codes import (
-    DISTANCE,
-    DONE,
-    INTERSECTION,
-    LINK,
-    NO_NEED,
-    NORMAL,
-)
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.one_pass import (
     COLLAPSE,
@@ -25,9 +16,18 @@ from craftmesh.gradation.kernels.one_pass import (
     SWAP,
     one_pass,
 )
+from craftmesh.gradation.kernels.result_codes import (
+    DISTANCE,
+    DONE,
+    INTERSECTION,
+    LINK,
+    NO_NEED,
+    NORMAL,
+)
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import make_state
+from craftmesh.kernel_structs import by_reference
 from craftmesh.types import CRACK, Surface
 
 INF = float("inf")

@@ -6,13 +6,13 @@ from hypothesis import strategies as st
 from structured_box import structured_box
 from unchanged import OPEN
 
-from craftmesh.by_reference import by_reference
-from craftmesh.gradation.kernels.codes import INTERSECTION
 from craftmesh.gradation.kernels.guards import refusal
+from craftmesh.gradation.kernels.result_codes import INTERSECTION
 from craftmesh.gradation.kernels.sheets import EMPTY, MIXED, Sheet, goes_on, join, set_rows, sheet_of
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import make_state
+from craftmesh.kernel_structs import by_reference
 from craftmesh.surface.kernels.triangles import triangles_intersect
 from craftmesh.types import Surface
 

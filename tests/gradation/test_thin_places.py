@@ -9,8 +9,8 @@ from models import voronoi
 from structured_box import structured_box
 from unchanged import OPEN
 
+from craftmesh.cracks.crack_tolerances import GRADATED
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.promises import GRADATED
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.gradation.gradate import SOUND_ANGLE, GradateOptions, gradate

@@ -5,8 +5,8 @@ import pytest
 from few_facets import prepared
 from unchanged import OPEN
 
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE
 from craftmesh.gradation.kernels.collapse import collapse
+from craftmesh.gradation.kernels.result_codes import DISTANCE, DONE
 from craftmesh.types import CRACK, INTERFACE, Surface
 
 ROWS = 6

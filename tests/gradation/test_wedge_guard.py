@@ -9,9 +9,9 @@ from random_cases import random_case
 from unchanged import OPEN, frozen
 
 from craftmesh import Surface, gradate
-from craftmesh.gradation.kernels.codes import DONE, WEDGE
 from craftmesh.gradation.kernels.guards import refusal
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
+from craftmesh.gradation.kernels.result_codes import DONE, WEDGE
 from craftmesh.gradation.kernels.sheets import no_sheet, set_rows
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge

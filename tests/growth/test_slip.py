@@ -6,7 +6,7 @@ import pytest
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
-from craftmesh.growth.kink_angle import SlipField, slip_ways
+from craftmesh.growth.kink_angle import SlipField, slip_kink_angles
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.io.model_tables import OCTAHEDRAL, read_slip_table
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
@@ -51,7 +51,7 @@ def test_one_grain_in_tension_cracks_along_its_plane_of_greatest_shear(seed):
     turn = quaternion_to_matrix(random_orientations(1, np.random.default_rng(seed)))[0]
     shear, points = resolved(turn), cloud()
     field = SlipField(points, PLANES, np.tile(shear, (len(points), 1)))
-    angle = slip_ways(frames(), np.repeat(turn[None], 3, axis=0), field, 2.0)
+    angle = slip_kink_angles(frames(), np.repeat(turn[None], 3, axis=0), field, 2.0)
     normal = turn @ PLANES[shear.argmax()] / np.sqrt(3)
     way = np.array([np.cos(angle[0]), 0, np.sin(angle[0])])
     assert abs(way @ normal) < 1e-12 and abs(angle[0]) <= np.radians(95)
@@ -70,12 +70,12 @@ def test_where_two_planes_slip_alike_the_side_of_the_ring_that_slips_more_decide
     slip = np.ones((len(points), 4)) * [1, 0, 0, 1]
     slip[points[:, 2] > 0] *= 1.1
     turns = np.repeat(turn[None], 3, axis=0)
-    angle = slip_ways(frames(), turns, SlipField(points, PLANES, slip), 2.0)
+    angle = slip_kink_angles(frames(), turns, SlipField(points, PLANES, slip), 2.0)
     assert np.degrees(angle) == pytest.approx(np.degrees(np.arctan(np.sqrt(2))))
     slip[:, 0] *= 2
-    angle = slip_ways(frames(), turns, SlipField(points, PLANES, slip), 2.0)
+    angle = slip_kink_angles(frames(), turns, SlipField(points, PLANES, slip), 2.0)
     assert np.degrees(angle) == pytest.approx(-np.degrees(np.arctan(np.sqrt(2))))
-    assert not slip_ways(frames(), turns, SlipField(points, PLANES, 0 * slip), 2.0).any()
+    assert not slip_kink_angles(frames(), turns, SlipField(points, PLANES, 0 * slip), 2.0).any()
 
 
 def test_a_point_reads_only_its_own_grain():
@@ -87,7 +87,7 @@ def test_a_point_reads_only_its_own_grain():
     turns, down = np.repeat(turn[None], 3, axis=0), np.degrees(np.arctan(np.sqrt(2)))
     for own, known, angle in ((1, grain, -down), (1, None, down), (2, grain, down), (3, grain, 0)):
         field = SlipField(points, PLANES, slip, known)
-        found = slip_ways(frames(), turns, field, 2.0, np.full(3, own))
+        found = slip_kink_angles(frames(), turns, field, 2.0, np.full(3, own))
         assert np.degrees(found) == pytest.approx(angle)
 
 
@@ -99,12 +99,14 @@ def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
     with pytest.raises(CraftmeshError, match="grow.criterion is slip"):
         kinks_and_extensions(FrontPoints.of(k, 4.0), options)
     with pytest.raises(CraftmeshError, match="^slip_table: has no point within 1 of"):
-        slip_ways(frames(), np.tile(np.eye(3), (3, 1, 1)), SlipField(PLANES * 9.0, PLANES, np.eye(4)), 2.0)
+        slip_kink_angles(
+            frames(), np.tile(np.eye(3), (3, 1, 1)), SlipField(PLANES * 9.0, PLANES, np.eye(4)), 2.0
+        )
     in_mm = SlipField((PLANES + frames().points[0]) * 1e3, PLANES, np.eye(4))
     with pytest.raises(
         CraftmeshError, match=r"the front from .*about 1000 times as large \(um beside mm\?\)"
     ):
-        slip_ways(frames(), np.tile(np.eye(3), (3, 1, 1)), in_mm, 2.0)
+        slip_kink_angles(frames(), np.tile(np.eye(3), (3, 1, 1)), in_mm, 2.0)
     with pytest.raises(CraftmeshError, match="criterion is slip and slip_table ''"):
         GrowthOptions(criterion="slip")
 

@@ -7,7 +7,7 @@ import pytest
 from given_cracks import wavy_disc
 from structured_box import structured_box
 
-from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, INSERTION
+from craftmesh.cracks.crack_tolerances import AREA_KEPT, AREA_PROMISED, INSERTION
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.attempts import ATTEMPTS, Given, Inserted, soundest

@@ -12,8 +12,8 @@ from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.gradate import gradate
-from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.insert import insert_crack
+from craftmesh.insertion.intergranular_crack import inlaid
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions

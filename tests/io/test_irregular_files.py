@@ -7,7 +7,7 @@ import pytest
 
 from craftmesh.campaign import craftmesher
 from craftmesh.campaign.cases import check_exists
-from craftmesh.campaign.home import read_config
+from craftmesh.campaign.workflow_location import read_config
 from craftmesh.cli import main
 from craftmesh.deck.check_deck import check_deck
 from craftmesh.errors import CraftmeshError

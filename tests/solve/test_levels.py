@@ -5,10 +5,10 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
-from craftmesh.mechanics.holding import rigid_motions
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
+from craftmesh.mechanics.rigid_body_supports import rigid_motions
 from craftmesh.mesh.integration import shape_slopes, tet_rule
 from craftmesh.solve.kernels.blocks import negative_upper, solve_lower, solve_upper, subtract_lower
 from craftmesh.solve.levels import Aggregates, Corners, StiffnessMatrix, step_of, stiffness_matrix

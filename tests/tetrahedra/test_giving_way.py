@@ -8,7 +8,7 @@ import pytest
 from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
-from craftmesh.cracks.promises import TETRAHEDRA
+from craftmesh.cracks.crack_tolerances import TETRAHEDRA
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import flat_tets, is_poor, shape_measures
 from craftmesh.mesh.tet_connectivity import tet_volumes

@@ -28,7 +28,7 @@ from craftmesh.tetrahedra.kernels.tet_operations import (
     remove_face,
 )
 from craftmesh.tetrahedra.kernels.tet_passes import improve, improve_pass
-from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities, quality_of
+from craftmesh.tetrahedra.kernels.tet_quality import COMBINED_QUALITY, all_qualities, quality_of
 from craftmesh.tetrahedra.kernels.tet_smoothing import move_point, weight_of
 from craftmesh.tetrahedra.surface_moves import is_stretched
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
@@ -38,7 +38,7 @@ from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 @given(st.integers(0, 10**6), st.floats(0.02, 1.0))
 def test_weights_tell_flat_poor_stretched_and_sound_tets(seed, flatness):
     corners = random_tet(seed, flatness)
-    quality = quality_of(corners, 0, 1, 2, 3, WHOLE)
+    quality = quality_of(corners, 0, 1, 2, 3, COMBINED_QUALITY)
     assume(quality > 1e-4)
     weight = fault_weight(quality)
     measures = shape_measures(corners, np.array([[0, 1, 2, 3]]))
@@ -59,7 +59,7 @@ def test_a_tet_without_volume_weighs_more_than_any_other():
     assert fault_weight(0.0) == fault_weight(-0.1) > 1.5 * fault_weight(1e-30)
 
 
-LIGHTER = Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0)
+LIGHTER = Aim(FAULTS, COMBINED_QUALITY, SOUND_FROM, FALL, 0.0)
 
 
 def at_corner(change):
@@ -91,9 +91,9 @@ def test_each_change_makes_the_mesh_lighter_and_keeps_it_a_mesh(name):
         assert after <= before - FALL + 1e-6 if done else after == before
         return done
 
-    state, done, volume, frozen = try_all(checked, seed=5, measure=WHOLE)
+    state, done, volume, frozen = try_all(checked, seed=5, measure=COMBINED_QUALITY)
     assert done > 3
-    assert_is_mesh(state, frozen, volume, WHOLE)
+    assert_is_mesh(state, frozen, volume, COMBINED_QUALITY)
 
 
 def whole_weight(state):
@@ -107,7 +107,7 @@ def test_passes_leave_fewer_tets_at_fault_and_end(seed):
     points, tets, frozen = random_ball(seed, count=40)
     assume(tet_volumes(points, tets).min() > 1e-8)
     state = new_state(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
-    all_qualities(state.points, state.tets, len(tets), state.quality, WHOLE)
+    all_qualities(state.points, state.tets, len(tets), state.quality, COMBINED_QUALITY)
     before, work, looked_at = whole_weight(state), new_scratch(), np.zeros(len(state.points), bool)
     # each change lowers the weight by FALL at least, so that there is an end
     while improve_pass(state, LIGHTER, np.arange(state.counts[TETS]), True, looked_at, work):

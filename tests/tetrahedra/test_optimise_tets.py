@@ -29,12 +29,12 @@ from craftmesh.tetrahedra.kernels.tet_operations import (
 )
 from craftmesh.tetrahedra.kernels.tet_passes import CONTRACTIONS, contraction_pass, swap_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
+    ANGLE_QUALITY,
+    COMBINED_QUALITY,
     FACTOR_SCALE,
-    FORM,
     POOR,
-    SOUND,
+    SHAPE_QUALITY,
     VOLUME_LENGTH,
-    WHOLE,
     all_qualities,
     aspect_ratio_at,
     quality_of,
@@ -78,13 +78,15 @@ def test_kernels_agree_with_plain_measures(seed, flatness):
     sines = np.sin(np.radians(angles)) * np.where(angles < 90, 1, 0.5)
     assert quality_of(corners, 0, 1, 2, 3, VOLUME_LENGTH) == pytest.approx(volume_length, rel=1e-9)
     form = min(*sines, FACTOR_SCALE * shape_factor(corners))
-    assert quality_of(corners, 0, 1, 2, 3, FORM) == pytest.approx(form, rel=1e-6)
-    assert quality_of(corners, 0, 1, 2, 3, SOUND) == pytest.approx(min(*sines, 0.87 / ratio), rel=1e-6)
+    assert quality_of(corners, 0, 1, 2, 3, SHAPE_QUALITY) == pytest.approx(form, rel=1e-6)
+    assert quality_of(corners, 0, 1, 2, 3, ANGLE_QUALITY) == pytest.approx(
+        min(*sines, 0.87 / ratio), rel=1e-6
+    )
     assume(abs(form - POOR) > 1e-6)
     whole = form if form < POOR else POOR + min(form, 0.87 / ratio)
-    assert quality_of(corners, 0, 1, 2, 3, WHOLE) == pytest.approx(whole, rel=1e-6)
+    assert quality_of(corners, 0, 1, 2, 3, COMBINED_QUALITY) == pytest.approx(whole, rel=1e-6)
     assert aspect_ratio_at(corners, 0, 1, 2, *corners[3]) == pytest.approx(ratio, rel=1e-9)
-    assert quality_of(corners, 0, 2, 1, 3, SOUND) < 0
+    assert quality_of(corners, 0, 2, 1, 3, ANGLE_QUALITY) < 0
 
 
 def random_tet(seed, flatness):
@@ -98,14 +100,16 @@ def random_tet(seed, flatness):
 @given(st.integers(0, 10**6), st.floats(0.05, 0.6))
 def test_no_tet_is_poor_at_a_quality_of_poor(seed, flatness):
     corners = random_tet(seed, flatness)
-    form, whole = (quality_of(corners, 0, 1, 2, 3, measure) for measure in (FORM, WHOLE))
+    form, whole = (
+        quality_of(corners, 0, 1, 2, 3, measure) for measure in (SHAPE_QUALITY, COMBINED_QUALITY)
+    )
     assert (form < POOR) == (whole < POOR)
     if form < POOR:
         return
     _, angles, ratio = plain_measures(corners)
     assert LEAST_DIHEDRAL < angles.min() and angles.max() < LARGEST_DIHEDRAL
     assert shape_factor(corners) >= LEAST_SHAPE_FACTOR
-    if quality_of(corners, 0, 1, 2, 3, SOUND) >= POOR:
+    if quality_of(corners, 0, 1, 2, 3, ANGLE_QUALITY) >= POOR:
         assert ratio < 5 + 1e-6 and whole >= 2 * POOR - 1e-9
     elif whole >= 2 * POOR:
         assert ratio < 5 + 1e-6
@@ -139,7 +143,7 @@ def boundary(tets):
     return {face for face, times in faces_of(tets).items() if times == 1}
 
 
-def quality(points, tets, measure=SOUND):
+def quality(points, tets, measure=ANGLE_QUALITY):
     result = np.empty(len(tets))
     all_qualities(points, tets, len(tets), result, measure)
     return result
@@ -166,7 +170,7 @@ def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     # them and none by all
     gains = [
         quality(new, better, measure).min() / quality(points, tets, measure).min()
-        for measure in (SOUND, VOLUME_LENGTH, FORM)
+        for measure in (ANGLE_QUALITY, VOLUME_LENGTH, SHAPE_QUALITY)
     ]
     assert max(gains) > 1 - 1e-9
     assert (quality(new, better) < POOR).mean() < (quality(points, tets) < POOR).mean()

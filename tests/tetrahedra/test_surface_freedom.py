@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.cracks.promises import TETRAHEDRA
+from craftmesh.cracks.crack_tolerances import TETRAHEDRA
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import unit_normals
 from craftmesh.tetrahedra.surface_freedom import crack_length, off_surface

@@ -13,7 +13,7 @@ from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.ranks import AT_JUNCTION, IN_PATCH, ON_LINE
 from craftmesh.surface.measure import mean_edges, side_volumes
-from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
+from craftmesh.tetrahedra.kernels.tet_quality import COMBINED_QUALITY, all_qualities
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
@@ -56,7 +56,7 @@ def worst_round_points(surface, tets) -> np.ndarray:
     """Return the worst quality (n,) round each point of the surface, tet by tet."""
     model = Model(surface, tets)
     quality, worst = np.empty(len(model.tets)), np.full(len(model.points), np.inf)
-    all_qualities(model.points, model.tets, len(model.tets), quality, WHOLE)
+    all_qualities(model.points, model.tets, len(model.tets), quality, COMBINED_QUALITY)
     for corners, value in zip(model.tets.tolist(), quality.tolist()):
         worst[corners] = np.minimum(worst[corners], value)
     return worst[: len(surface.points)]

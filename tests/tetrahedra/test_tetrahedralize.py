@@ -15,7 +15,7 @@ from craftmesh.surface.measure import side_volumes
 from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_region import WrongMesh, find_regions
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
-from craftmesh.tetrahedra.ladder import MeshingTask, attempts
+from craftmesh.tetrahedra.meshing_attempts import MeshingTask, attempts
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import CRACK, Surface

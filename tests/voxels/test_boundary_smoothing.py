@@ -7,7 +7,7 @@ from scipy import ndimage
 from craftmesh.types import Voxels
 from craftmesh.voxels.clean import ROUGH, CleanOptions, clean
 from craftmesh.voxels.generate import GenerateOptions, generate
-from craftmesh.voxels.kernels.exchange import REACH, contact_key, exchange
+from craftmesh.voxels.kernels.exchange import CONNECTION_DISTANCE, contact_key, exchange
 from craftmesh.voxels.smoothing import VOLUME_TOLERANCE, smooth_boundaries
 from craftmesh.voxels.voxel_graph import find_pieces, pieces_per_grain
 
@@ -167,19 +167,19 @@ def test_cleaning_names_the_option_for_rough_volumes_only():
 
 def exchanged(labels, place, wanted, allowed=None) -> np.ndarray:
     """Return labels (nx, ny, nz) from 0 after one voxel was asked to change hands."""
-    padded = np.pad(labels.astype(np.int64), REACH, constant_values=-2)
+    padded = np.pad(labels.astype(np.int64), CONNECTION_DISTANCE, constant_values=-2)
     strides = np.array(padded.strides) // padded.itemsize
     flat = padded.ravel()
     count = 10
     pairs = allowed or {(a, b) for a in range(-3, 4) for b in range(a + 1, 4)}
     keys = np.array(sorted(contact_key(low, high, count) for low, high in pairs))
-    at = np.array([(np.array(place) + REACH) @ strides])
+    at = np.array([(np.array(place) + CONNECTION_DISTANCE) @ strides])
     voxels = np.bincount(flat[flat >= 0], minlength=4)
     bounds = np.tile([1, labels.size], (4, 1))
     exchange(
         flat, strides, at, np.array([wanted]), voxels, bounds, keys, count, np.zeros(len(flat), np.int32)
     )
-    core = slice(REACH, -REACH)
+    core = slice(CONNECTION_DISTANCE, -CONNECTION_DISTANCE)
     return padded[core, core, core]
 
 

@@ -5,7 +5,6 @@ The star is the set of facets that get new corners; the tip is the corner that t
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, VOLUME
 from craftmesh.gradation.kernels.collapse_rules import (
     EITHER,
     NEITHER,
@@ -20,6 +19,7 @@ from craftmesh.gradation.kernels.collapse_rules import (
 from craftmesh.gradation.kernels.cones import drift_allows, grain_cones, keep_volumes
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
+from craftmesh.gradation.kernels.result_codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, VOLUME
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets
 from craftmesh.jit import lean_kernel

@@ -1,6 +1,6 @@
 """Rules for edges that may collapse: vertex classes, topology of junctions, ears at the crack front."""
 
-from craftmesh.gradation.kernels.codes import (
+from craftmesh.gradation.kernels.result_codes import (
     CONSTRAINT,
     DONE,
     JUNCTION,

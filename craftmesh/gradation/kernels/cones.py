@@ -8,7 +8,7 @@ a grain's volume since the start.
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import is_held
+from craftmesh.gradation.kernels.result_codes import is_held
 from craftmesh.gradation.kernels.star import old_facet, star_patch
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector

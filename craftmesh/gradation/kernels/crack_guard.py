@@ -7,9 +7,9 @@ tip (the star's new or moved vertex) to the given crack and its front. Larger di
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT
 from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.projection import nearest_triangle
+from craftmesh.gradation.kernels.result_codes import ON_CRACK, ON_FRONT
 from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import segment_distance2

@@ -8,15 +8,21 @@ allowed.
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME, WEDGE
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
 from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
+from craftmesh.gradation.kernels.distance_samples import (
+    TOO_MANY,
+    attach_witnesses,
+    collect,
+    find_new_homes,
+    set_free,
+)
 from craftmesh.gradation.kernels.facet_grid import GONE, gather_candidates, insert_facet
 from craftmesh.gradation.kernels.intersections import star_intersects
+from craftmesh.gradation.kernels.result_codes import DISTANCE, DONE, INTERSECTION, VOLUME, WEDGE
 from craftmesh.gradation.kernels.sheets import keep_foreign, no_sheet, set_rows, sheet_of
 from craftmesh.gradation.kernels.star import add_star, old_facet, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
-from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 
@@ -167,7 +173,7 @@ def commit(state, grid, star):
     if star.gone >= 0:
         state.rank[v] = max(state.rank[v], state.rank[star.gone])
         state.flags[v] |= state.flags[star.gone]
-    settle(state, state.pending[1])
+    attach_witnesses(state, state.pending[1])
     for i in range(star.moved):
         a, b, c = state.star_corners[i]
         insert_facet(grid, state.points, state.star[i], a, b, c, state.patch[state.star[i]])

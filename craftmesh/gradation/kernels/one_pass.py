@@ -5,10 +5,10 @@ One kernel serves all operations, so that the guards are compiled only once.
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import NO_NEED, counted
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.relax import relax_vertex
+from craftmesh.gradation.kernels.result_codes import NO_NEED, counted
 from craftmesh.gradation.kernels.slide import even_vertex, slide_vertex
 from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.kernels.swap import MOST_WAITING, swap_round

@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import is_held
+from craftmesh.gradation.kernels.result_codes import is_held
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import Grid, cells_of_box
 from craftmesh.surface.kernels.facet_shape import facet_distance2
 
 # Most iterations of projection onto a curved crack and back onto the box plane. They converge to the trace,
 # the line where the crack meets the box plane.
-ROUNDS = 12
+PROJECTION_ITERATIONS = 12
 # Largest distance, in target lengths, of a vertex that is projected onto the given crack. Vertices that the
 # insertion has moved farther off it, for example into a grain boundary, are not projected.
-REACH = 0.25
+PROJECTION_DISTANCE = 0.25
 
 
 @kernel
@@ -73,10 +73,10 @@ def put_on_front(front, place):
 def put_on_crack_in_box(state, planes, v, place):
     """Move `place` (3,) onto the given crack and onto the box planes of vertex `v` (bits of `planes`).
 
-    After at most ROUNDS iterations the place is exactly on the planes, and near the crack.
+    After at most PROJECTION_ITERATIONS iterations the place is exactly on the planes, and near the crack.
     """
-    for _ in range(ROUNDS):
-        put_on_crack(state, REACH * state.size[v], place)
+    for _ in range(PROJECTION_ITERATIONS):
+        put_on_crack(state, PROJECTION_DISTANCE * state.size[v], place)
         if put_on_planes(state, planes, v, place) == 0.0:
             return
 

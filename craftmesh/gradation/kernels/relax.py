@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import LINK, NO_NEED
+from craftmesh.gradation.kernels.result_codes import LINK, NO_NEED
 from craftmesh.gradation.kernels.slide import EVEN, slide_towards
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.jit import kernel

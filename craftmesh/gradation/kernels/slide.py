@@ -5,10 +5,10 @@ The star is the set of facets around the moving vertex. The tip, their common co
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DONE, LINK, NO_NEED, ON_CRACK, ON_FRONT, is_held
 from craftmesh.gradation.kernels.cones import keep_volumes
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
+from craftmesh.gradation.kernels.result_codes import DONE, LINK, NO_NEED, ON_CRACK, ON_FRONT, is_held
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.jit import kernel, lean_kernel

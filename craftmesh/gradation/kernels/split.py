@@ -5,7 +5,13 @@ The parents are the facets on the edge; each is replaced by two halves at the ne
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import (
+from craftmesh.gradation.kernels.collapse_rules import is_front_edge
+from craftmesh.gradation.kernels.cones import book_drift, grain_cones
+from craftmesh.gradation.kernels.distance_samples import TOO_MANY, attach_witnesses, collect, find_new_homes
+from craftmesh.gradation.kernels.facet_grid import insert_facet
+from craftmesh.gradation.kernels.guards import refusal, replace_corner
+from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
+from craftmesh.gradation.kernels.result_codes import (
     ANGLE,
     CONSTRAINT,
     DONE,
@@ -15,13 +21,7 @@ from craftmesh.gradation.kernels.codes import (
     ON_FRONT,
     ON_PLANES,
 )
-from craftmesh.gradation.kernels.collapse_rules import is_front_edge
-from craftmesh.gradation.kernels.cones import book_drift, grain_cones
-from craftmesh.gradation.kernels.facet_grid import insert_facet
-from craftmesh.gradation.kernels.guards import refusal, replace_corner
-from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
 from craftmesh.gradation.kernels.star import Star, list_edge_facets
-from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.corner_lists import link_corner
 from craftmesh.surface.kernels.facet_shape import angle_score
@@ -140,7 +140,7 @@ def _share_witnesses(state, f, g, m):
         state.loose_facet[n] = f
     halves = Star(m, m, np.int64(-1), np.int64(2), np.int64(0), np.inf)
     find_new_homes(state, halves, loose, np.int64(2), (np.inf, np.inf, np.inf))
-    settle(state, loose)
+    attach_witnesses(state, loose)
 
 
 @lean_kernel

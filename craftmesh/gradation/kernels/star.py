@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
+from craftmesh.gradation.kernels.result_codes import ANGLE, DONE, LENGTH, NORMAL
 from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance

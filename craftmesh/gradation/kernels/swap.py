@@ -4,9 +4,9 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE, EAR, LINK, NO_NEED, ON_FRONT, counted
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.guards import attempt
+from craftmesh.gradation.kernels.result_codes import DISTANCE, DONE, EAR, LINK, NO_NEED, ON_FRONT, counted
 from craftmesh.gradation.kernels.rings import edge_facets, third_corner
 from craftmesh.gradation.kernels.star import Star
 from craftmesh.jit import kernel, lean_kernel

@@ -8,8 +8,8 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.by_reference import by_reference
 from craftmesh.jit import kernel, lean_kernel
+from craftmesh.kernel_structs import by_reference
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS
 
 # A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, last stamp].

@@ -15,7 +15,7 @@ Cone = namedtuple("Cone", "points faces count measure")
 # Number of iterations of a search. Steps go along the axes, face diagonals and space diagonals of a cube,
 # and are halved if none helps. The first step is FIRST_STEP times a length that the caller chooses: half
 # the edge for an insertion, the smaller of target length and reach for a move.
-ROUNDS = 10
+SEARCH_ITERATIONS = 10
 FIRST_STEP = 0.25
 ANYWHERE = np.eye(3)
 _STEPS = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=3) if any(step)])
@@ -53,12 +53,12 @@ def walk(cone, place, step, disc, ways, span, lighter):
 
     step: length of the first step; disc: (centre, radius) within which the apex stays; ways (3, 3): rows
     are the directions of moves; span: the value at `place`, and a value that ends the search. There are at
-    most ROUNDS iterations.
+    most SEARCH_ITERATIONS iterations.
     """
     x, y, z = place
     home, reach = disc
     best, enough = span
-    for _ in range(ROUNDS):
+    for _ in range(SEARCH_ITERATIONS):
         found = False
         for way in range(len(DIRECTIONS)):
             dx, dy, dz = DIRECTIONS[way]

@@ -16,17 +16,17 @@ from craftmesh.jit import lean_kernel
 from craftmesh.mesh.shape_measures import FLAT_DIHEDRALS
 from craftmesh.tetrahedra.kernels.tet_cavity import worst_of
 from craftmesh.tetrahedra.kernels.tet_quality import (
+    COMBINED_QUALITY,
     INVERTED,
     POOR,
     VOLUME_LENGTH,
-    WHOLE,
     aspect_ratio_of,
     aspect_ratio_over,
     quality_at,
     quality_of,
 )
 
-# Objectives. FAULTS needs the measure WHOLE.
+# Objectives. FAULTS needs the measure COMBINED_QUALITY.
 WORST, RATIOS, FAULTS = range(3)
 # objective; measure of quality; floor: quality that WORST and FAULTS aim at, and below which RATIOS takes
 # no tet unless a replaced tet was lower; gain: smallest rise of the value, negative if it may fall;
@@ -39,7 +39,8 @@ INSERTION_GAIN = (0.01, 1.0, 0.5)
 # Smallest rise of the worst quality, and smallest fall of the fault weight, by other operations, so that
 # rounding causes no endless changes.
 GAIN, FALL = 1e-4, 0.05
-# Quality by WHOLE from which tets are neither poor nor stretched, and quality below which they are flat.
+# Quality by COMBINED_QUALITY from which tets are neither poor nor stretched, and quality below which they
+# are flat.
 SOUND_FROM = 2 * POOR
 FLAT_TO = float(np.sin(np.radians(FLAT_DIHEDRALS[0])))
 # Fault weights of a stretched, a poor and a flat tet, and of a tet without volume. With a weight of a flat
@@ -55,7 +56,8 @@ SLOPE = 0.2
 
 @lean_kernel
 def fault_weight(quality):
-    """Return the fault weight of a tet with this quality by WHOLE: 0 if neither poor nor stretched."""
+    """Return the fault weight of a tet with this quality by COMBINED_QUALITY: 0 if neither poor nor
+    stretched."""
     if quality >= SOUND_FROM + RAMP:
         return 0.0
     if quality >= SOUND_FROM:
@@ -147,7 +149,7 @@ def faults_at(cone, x, y, z, limit):
     points, faces = cone.points, cone.faces
     total = 0.0
     for i in range(cone.count):
-        quality = quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, WHOLE)
+        quality = quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, COMBINED_QUALITY)
         total += fault_weight(quality)
         if total >= limit:
             break

@@ -10,18 +10,18 @@ from craftmesh.jit import lean_kernel
 from craftmesh.mesh.shape_measures import LEAST_SHAPE_FACTOR
 
 # Measures of quality: see `quality_at`.
-VOLUME_LENGTH, SOUND, FORM, WHOLE = range(4)
+VOLUME_LENGTH, ANGLE_QUALITY, SHAPE_QUALITY, COMBINED_QUALITY = range(4)
 INVERTED = 1e300
 # Volume-length quality below which a tet counts as flat.
 FLAT = 1e-9
 ROOT2 = np.sqrt(2.0)
 # Aspect ratio above which a tet counts as stretched.
 STRETCHED = 5.0
-# Quality by SOUND or FORM below which a tet counts as poor. It is a little over sin 10 deg, .1736, and over
-# half of sin 160 deg, .1710. A tet of higher quality by FORM is not poor by `mesh/shape_measures`; one of
-# higher quality by SOUND does not exceed the aspect ratio STRETCHED.
+# Quality by ANGLE_QUALITY or SHAPE_QUALITY below which a tet counts as poor. It is a little over sin 10
+# deg, .1736, and over half of sin 160 deg, .1710. A tet of higher quality by SHAPE_QUALITY is not poor by
+# `mesh/shape_measures`; one of higher quality by ANGLE_QUALITY does not exceed the aspect ratio STRETCHED.
 POOR = 0.174
-# Quality by FORM, a little over sin 15 deg, from which all dihedral angles lie in 15..149 degrees.
+# Quality by SHAPE_QUALITY, a little over sin 15 deg, from which all dihedral angles lie in 15..149 degrees.
 WIDE = 0.26
 RATIO_SCALE, FACTOR_SCALE = POOR * STRETCHED, POOR / LEAST_SHAPE_FACTOR
 # The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.
@@ -56,12 +56,13 @@ def _shape_factor(volume6, products):
 def quality_at(points, a, b, c, x, y, z, measure):
     """Return the quality of the tet a, b, c, (x, y, z) by a measure: <= 0 if flat or inverted.
 
-    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3, 1 for the regular tet. SOUND: the minimum of *angles* and
+    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3, 1 for the regular tet. ANGLE_QUALITY: the minimum of *angles* and
     .87 h_min / l_max, where *angles* is the minimum of the sines of acute dihedral angles and half the
-    sines of obtuse ones; from .174 on, angles lie in 10..160 degrees and the aspect ratio is below 5. FORM:
-    the minimum of *angles* and 8.7 times the shape factor (volume over the regular tet's with the same
-    circumsphere). WHOLE: FORM if FORM is under POOR, else .174 plus the minimum of SOUND and FORM. So a
-    poor tet is below all others, and from .348 on a tet is neither poor nor of an aspect ratio over 5.
+    sines of obtuse ones; from .174 on, angles lie in 10..160 degrees and the aspect ratio is below 5.
+    SHAPE_QUALITY: the minimum of *angles* and 8.7 times the shape factor (volume over the regular tet's
+    with the same circumsphere). COMBINED_QUALITY: SHAPE_QUALITY if SHAPE_QUALITY is under POOR, else .174
+    plus the minimum of ANGLE_QUALITY and SHAPE_QUALITY. So a poor tet is below all others, and from .348 on
+    a tet is neither poor nor of an aspect ratio over 5.
     """
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
@@ -94,13 +95,13 @@ def quality_at(points, a, b, c, x, y, z, measure):
         _sine(volume6, cd, area_a, area_b, ax * bx + ay * by + az * bz),
     )
     worst = angles
-    if measure != SOUND:
+    if measure != ANGLE_QUALITY:
         worst = min(angles, FACTOR_SCALE * _shape_factor(volume6, (ab * cd, ac * bd, ad * bc)))
-    if measure == FORM or (measure == WHOLE and worst < POOR):
+    if measure == SHAPE_QUALITY or (measure == COMBINED_QUALITY and worst < POOR):
         return worst
     longest = max(ab, ac, ad, bc, bd, cd)
     ratio = RATIO_SCALE * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest))
-    return min(worst, ratio) + (POOR if measure == WHOLE else 0.0)
+    return min(worst, ratio) + (POOR if measure == COMBINED_QUALITY else 0.0)
 
 
 @lean_kernel

@@ -19,8 +19,8 @@ from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, r
 PATTERN_STEP = 0.08
 PATTERN_ROUNDS = 2
 MOST_STEPS = 2.0
-# Quality by WHOLE to which the worst tet may fall: such tets are not under WIDE by FORM, and their fault
-# weight is 0.
+# Quality by COMBINED_QUALITY to which the worst tet may fall: such tets are not under WIDE by
+# SHAPE_QUALITY, and their fault weight is 0.
 FREE_FROM = POOR + WIDE
 
 
@@ -115,7 +115,7 @@ def smooth_aspect(state, v, stars, aim, work):
 
 @lean_kernel
 def weight_of(state, listed, count):
-    """Return the fault weight of the tets listed[:count]; the state's qualities are by WHOLE."""
+    """Return the fault weight of the tets listed[:count]; the state's qualities are by COMBINED_QUALITY."""
     total = 0.0
     for i in range(count):
         total += fault_weight(state.quality[listed[i]])

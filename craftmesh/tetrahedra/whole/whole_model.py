@@ -78,7 +78,7 @@ def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
 # Number of background lattice points along the longest side of the box.
 LATTICE = 20
 # Largest distance of faces from a box plane or crack that they belong to, relative to the envelope.
-REACH = 1.2
+FACE_DISTANCE = 1.2
 # Envelopes that are tried in turn, relative to the option `envelope`.
 ENVELOPES = (1.0, 0.5)
 
@@ -126,7 +126,7 @@ def _found_again(
     envelope: in model units. Raises CraftmeshError if a grain or void is lost, if tets turn over on box
     planes, or if the crack is damaged.
     """
-    reach = REACH * envelope
+    reach = FACE_DISTANCE * envelope
     labels = labels_at(points[tets].mean(axis=1), surface.points, surface.facets, surface.sides)
     points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
     points, tets, labels = settle_crack(surface, points, tets, labels, reach)

@@ -6,17 +6,18 @@ from craftmesh.jit import kernel
 
 # Voxels, distance from an exchanged voxel within which its old grain must stay connected. With 3, handles
 # made by shuffling are cut; with 1, a third of the noise on lath boundaries would stay.
-REACH = 3
+CONNECTION_DISTANCE = 3
 
 
 @kernel
 def exchange(padded, strides, place, wanted, voxels, bounds, contacts, count, mark):
     """Give voxels their wanted grains, where allowed; return the number of voxels changed.
 
-    padded (n,): grain of each voxel, < 0 if it has none, padded by at least REACH; strides (3,): of this
-    array. place, wanted (k,): voxels and their wanted grains, in the order of trial. voxels (g,): number of
-    voxels of each grain, updated here; bounds (g, 2): its limits. contacts: sorted keys (`contact_key` with
-    `count`) of the pairs of labels that may touch. mark (n,) int32: scratch, zeros before and after.
+    padded (n,): grain of each voxel, < 0 if it has none, padded by at least CONNECTION_DISTANCE; strides
+    (3,): of this array. place, wanted (k,): voxels and their wanted grains, in the order of trial. voxels
+    (g,): number of voxels of each grain, updated here; bounds (g, 2): its limits. contacts: sorted keys
+    (`contact_key` with `count`) of the pairs of labels that may touch. mark (n,) int32: scratch, zeros
+    before and after.
     """
     done = 0
     for i in range(len(place)):
@@ -61,7 +62,8 @@ def _is_contact(a, b, contacts, count):
 
 @kernel
 def _holds(padded, strides, v, old, mark):
-    """Return True if the face neighbours of v in grain `old` are connected within REACH without v."""
+    """Return True if the face neighbours of v in grain `old` are connected within CONNECTION_DISTANCE
+    without v."""
     beside = np.empty(6, np.int64)
     found = 0
     for axis in range(3):
@@ -73,7 +75,7 @@ def _holds(padded, strides, v, old, mark):
     if found < 2:
         return True
     return _connected(padded, strides, v, old, beside[:found], 1, mark) or _connected(
-        padded, strides, v, old, beside[:found], REACH, mark
+        padded, strides, v, old, beside[:found], CONNECTION_DISTANCE, mark
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from craftmesh.io.declared import HEAD
+from craftmesh.io.header_checks import HEAD
 from craftmesh.options import Options, option
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import Voxels

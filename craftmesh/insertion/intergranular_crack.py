@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.insertion.cut import CutSurface, split_edges, uncut
 from craftmesh.surface.connectivity import compact, rows_among, unique_edges
 from craftmesh.surface.measure import along_segments, meets_box
@@ -64,7 +64,7 @@ def _named(cut: CutSurface, triangles: np.ndarray) -> Surface:
     facets, sides, kind = cut.facets.astype(np.int64), cut.sides.copy(), cut.kind.copy()
     rows = rows_among(triangles, facets)
     if (rows < 0).any():
-        place = told(cut.points[triangles[rows < 0][0]].mean(axis=0))
+        place = rounded_values(cut.points[triangles[rows < 0][0]].mean(axis=0))
         raise CraftmeshError(
             f"the crack's facet near {place} is not a facet of the surface; make the crack again from the "
             "grain boundaries of this surface"

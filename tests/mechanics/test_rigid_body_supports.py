@@ -6,7 +6,7 @@ from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.holding import free_motions, lacking, rigid_motions, supported_bodies
+from craftmesh.mechanics.rigid_body_supports import free_motions, lacking, rigid_motions, supported_bodies
 
 
 def box(severed=False):

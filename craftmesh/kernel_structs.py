@@ -7,7 +7,7 @@ fields of all its tuples in the same way, `state.points`. Only the Python object
 kernels must not keep the reference or an array of it after they return.
 
 This depends on numba's internal layout of arrays, which may change. It works with the releases in TESTED;
-tests/test_by_reference.py fails with an untested release.
+tests/test_kernel_structs.py fails with an untested release.
 """
 
 from types import SimpleNamespace

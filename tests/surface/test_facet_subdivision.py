@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from craftmesh.surface.dividing import AT_END, bisected, divided, divided_at
+from craftmesh.surface.facet_subdivision import AT_END, bisected, divided, divided_at
 from craftmesh.surface.measure import area_vectors, total_area
 
 

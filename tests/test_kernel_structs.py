@@ -9,8 +9,8 @@ import numba
 import numpy as np
 from numba import njit
 
-from craftmesh.by_reference import TESTED, by_reference
 from craftmesh.gradation.state import Guards, Mesh, Scratch
+from craftmesh.kernel_structs import TESTED, by_reference
 
 
 class Shape(NamedTuple):
@@ -55,7 +55,7 @@ def test_references_work_with_this_numba():
     found = subprocess.run([sys.executable, __file__], capture_output=True, text=True, timeout=300)
     assert found.returncode == 0, (
         f"by_reference does not work with numba {numba.__version__}, it does with {', '.join(TESTED)}: "
-        f"take one of these, or mend craftmesh/by_reference.py.\n{found.stderr[-2000:]}"
+        f"take one of these, or mend craftmesh/kernel_structs.py.\n{found.stderr[-2000:]}"
     )
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from craftmesh.cracks.body_separation import piece_cut_off
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
-from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.types import Crack, Voxels
 
 SHAPE = (12, 10, 16)

@@ -49,7 +49,7 @@ def crack_through_points(
     fronts = [finite(f"front {k}", front) for k, front in enumerate(fronts, 1)]
     cloud = finite("point cloud", cloud)
     refuse_other_place(cloud, fronts)
-    surface, numbers = _spanned(cloud, fronts, fronts, box, spacing, cloud)
+    surface, numbers = _fit_surface(cloud, fronts, fronts, box, spacing, cloud)
     bound = max(numbers["spacing"] if l_min is None else l_min, SCATTERS * scatter_of(cloud))
     return surface, within_bound(
         numbers,
@@ -75,10 +75,10 @@ def crack_through_fronts(
     """
     fronts = [finite(f"front {k}", front) for k, front in enumerate(fronts, 1)]
     witness = np.reshape(inside if inside is not None else [], (-1, 3))
-    return _spanned(np.zeros((0, 3)), fronts, fronts[-1:], box, spacing, witness)
+    return _fit_surface(np.zeros((0, 3)), fronts, fronts[-1:], box, spacing, witness)
 
 
-def _spanned(
+def _fit_surface(
     cloud: np.ndarray,
     fronts: Sequence[np.ndarray],
     bounding: Sequence[np.ndarray],
@@ -93,10 +93,10 @@ def _spanned(
     every, box = np.concatenate([cloud, *fronts]), np.asarray(box, float)
     plane = plane_of(every)
     witnesses = np.concatenate([witnesses, *fronts[: len(fronts) - len(bounding)]])
-    polygon = cracked_part(bounding, plane, box, witnesses, plane.of(every)[:, 2])
-    length = _spacing(polygon, plane.of(cloud), bounding)
+    polygon = cracked_part(bounding, plane, box, witnesses, plane.to_uvh(every)[:, 2])
+    length = _spacing(polygon, plane.to_uvh(cloud), bounding)
     if len(cloud):
-        refuse_step(plane.of(cloud), [plane.of(front) for front in fronts], length)
+        refuse_step(plane.to_uvh(cloud), [plane.to_uvh(front) for front in fronts], length)
     spacing = length if spacing is None else spacing
     return height_surface(polygon, plane, fronts, cloud, spacing, box)
 
@@ -128,10 +128,10 @@ def height_surface(
             f"spacing {spacing:.4g} is too short for a crack of area {polygon.area:.4g}; give at least "
             f"{np.sqrt(2 * polygon.area / MOST_TRIANGLES):.4g}"
         )
-    on_fronts = [plane.of(front) for front in fronts]
+    on_fronts = [plane.to_uvh(front) for front in fronts]
     given = np.concatenate([np.zeros((0, 2)), *(uvh[:, :2] for uvh in on_fronts)])
     uv, triangles = filled(polygon, given, spacing)
-    measured = plane.of(cloud)
+    measured = plane.to_uvh(cloud)
     height = fitted_heights(uv, triangles, _heights_along(uv, on_fronts), measured, spacing)
     places = np.column_stack([uv, height])
     numbers: Numbers = {"spacing": float(spacing), "triangles": len(triangles)}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from craftmesh.cracks.promises import PROMISED, SHARES, Off
+from craftmesh.cracks.crack_tolerances import PROMISED, SHARES, Off
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "architecture.md"
 

@@ -15,10 +15,10 @@ from typing import IO, Any
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError, told
+from craftmesh.errors import CraftmeshError, rounded_values
 from craftmesh.extras import extra
-from craftmesh.io.declared import DEFLATE, HEAD, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
+from craftmesh.io.header_checks import DEFLATE, HEAD, data_file, refuse_false_size, unpacked
 
 # Largest component of a voxel step off its axis, relative to the step, that counts as rounding: headers
 # have six digits. Over 1000 voxels this adds up to a tenth of a voxel.
@@ -48,13 +48,14 @@ def along_axes(
         )
     if not (np.isfinite(steps).all() and np.isfinite(first).all() and steps.any(axis=1).all()):
         raise CraftmeshError(
-            f"{path}: voxel steps are {told(steps)}, the origin is {told(first)}; "
+            f"{path}: voxel steps are {rounded_values(steps)}, the origin is {rounded_values(first)}; "
             "expected finite numbers, and a spacing that is not 0"
         )
     order = next((list(p) for p in permutations(range(3)) if _is_diagonal(steps[list(p)])), None)
     if order is None:
         raise CraftmeshError(
-            f"{path}: its axes are oblique (voxel steps {told(steps)}); resample it on axes x, y, z"
+            f"{path}: its axes are oblique (voxel steps {rounded_values(steps)}); resample it on axes x, "
+            f"y, z"
         )
     along = steps[order].diagonal()
     turned = labels.transpose(order)

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.effort import (
+from craftmesh.campaign.job_resources import (
     RULES,
     TETS_PER_CUBE,
     Sizes,

@@ -180,7 +180,7 @@ def find_new_homes(state, star, loose, takers, reaches):
 
 
 @lean_kernel
-def settle(state, loose):
+def attach_witnesses(state, loose):
     """Attach the loose witnesses to the facets that `find_new_homes` found."""
     if loose == 0:
         return

@@ -23,7 +23,7 @@ DEFAULT = Path("config", "config.yaml")
 RUN_KEYS = frozenset({"results", "data", "chunks", "warm", "exports", "node"})
 _ERROR = "craftmesh: error: "
 NOTE = "craftmesh: note: "
-_MAIN = "from craftmesh.campaign.home import main; main()"
+_MAIN = "from craftmesh.campaign.workflow_location import main; main()"
 
 
 def home() -> Path:

@@ -20,9 +20,9 @@ from trials.sheets import Relief, Sheet, disc, placed  # noqa: E402
 from craftmesh.cracks.options import CrackOptions  # noqa: E402
 from craftmesh.cracks.prescription import frame_along  # noqa: E402
 from craftmesh.io.vtk import read_tets  # noqa: E402
-from craftmesh.mechanics.holding import rigid_motions  # noqa: E402
 from craftmesh.mechanics.model import elastic_model  # noqa: E402
 from craftmesh.mechanics.model_options import ModelOptions  # noqa: E402
+from craftmesh.mechanics.rigid_body_supports import rigid_motions  # noqa: E402
 from craftmesh.mesh.check_tets import check_tets  # noqa: E402
 from craftmesh.mesh.tet_connectivity import bodies  # noqa: E402
 from craftmesh.sizing.sizing import SizingOptions  # noqa: E402

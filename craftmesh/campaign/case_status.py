@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC
-from craftmesh.campaign.effort import RULES as KNOWN
-from craftmesh.campaign.effort import Sizes, effort, expected_elements, sizes_of
+from craftmesh.campaign.job_resources import RULES as KNOWN
+from craftmesh.campaign.job_resources import Sizes, effort, expected_elements, sizes_of
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.json_file import read_json
 from craftmesh.io.npz import read_labels
@@ -87,7 +87,7 @@ class Standing:
         return f"{self.case}: {', '.join(words)}{doubts}"
 
 
-def standings(results: Path, campaign: str | None = None, since: float = 0.0) -> list[Standing]:
+def case_statuses(results: Path, campaign: str | None = None, since: float = 0.0) -> list[Standing]:
     """Return the status of each case that has begun in the folder `results`.
 
     campaign: path of a case table, for only the cases of this campaign; since: time in seconds since the

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.home import command_on_path, home, or_default, snakefile
+from craftmesh.campaign.workflow_location import command_on_path, home, or_default, snakefile
 from craftmesh.errors import CraftmeshError
 
 
