@@ -287,7 +287,8 @@ def _with_paths(case: Case, config: Mapping[str, Any]) -> Case:
     path = case.microstructure
     if path != SYNTHETIC:
         path = read_path(f"{case.place}: microstructure", path, Path(config["data"]))
-        path = os.path.abspath(path) if path == SYNTHETIC else path  # ./synthetic means a file
+        # the word `synthetic` alone is a generated volume, ./synthetic a file of this name
+        path = os.path.abspath(path) if path == SYNTHETIC else path
     with named(case.place):
         return replace(case, microstructure=path, settings=with_paths(case.settings))
 

@@ -43,8 +43,8 @@ VOXELS = (
     "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
     "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
 )
-# Command lines for crack and sizing of the cube, whose surface is made without kernels and has few
-# tetrahedra.
+# Command lines for crack and sizing of a cube, the smaller test model: its surface is made without kernels
+# and gives few tetrahedra. A part of the kernels is compiled with it.
 CUBE = (
     "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",

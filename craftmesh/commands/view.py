@@ -69,8 +69,8 @@ def view_labels(file: Path, options: ReadOptions = ReadOptions()) -> bytes:  # n
     try:
         voxels = read_voxels(file, options).voxels
     except CraftmeshError:
-        # If the meaning of label 0 is unknown, reading fails; with fills it succeeds, and label 0 stays
-        # blank.
+        # If the meaning of label 0 is unknown, reading fails. With fills=True label 0 counts as unindexed,
+        # so reading succeeds, and these voxels stay blank.
         voxels = read_voxels(file, options, fills=True).voxels
     return picture(voxels)
 

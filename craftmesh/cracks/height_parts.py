@@ -110,7 +110,7 @@ def _united_area(polygons: np.ndarray, rounding: float) -> float:
 
 
 def are_proper(areas: np.ndarray) -> np.ndarray:
-    """Return a mask (m,) of triangles that have a normal: their area is not zero to rounding."""
+    """Return a mask (m,) of triangles with a normal: of an area over EXACT times the sum of all areas."""
     return areas > EXACT * areas.sum()
 
 

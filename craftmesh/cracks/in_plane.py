@@ -180,8 +180,8 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
     for a, b in missing:
         if not planar.recover_edge(patch, a, b):
             raise CraftmeshError(
-                f"the crack's lines on boundaries cross near (u, v) = {rounded_values(patch.uv[a])}; "
-                f"move the crack"
+                "lines along which the crack meets boundaries cross near (u, v) = "
+                f"{rounded_values(patch.uv[a])} in its plane; move the crack a little"
             )
         _fix_edge(patch, a, b)
 

@@ -75,10 +75,11 @@ def stresses(stiffness: np.ndarray, gradient: np.ndarray) -> np.ndarray:
 def _interpolated(
     stations: Stations, segment: int, s: np.ndarray, theta: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the fields' displacement gradients without their power of r, and the stiffness, at p points.
+    """Return near fields' displacement gradients without their power of r, and the stiffness (p, 9, 9).
 
-    The first are three arrays (p, 3, m, 3): values, derivatives by theta and derivatives by s. They are
-    interpolated by cubics in theta and linearly in s between stations. The stiffness is (p, 9, 9).
+    The gradients are three arrays (p, 3, m, 3) at p points: values, derivatives by theta and derivatives by
+    s. Their axes are point, displacement component, mode (m MODES) and direction of differentiation. They
+    are interpolated by cubics in theta and linearly in s, the arc length of the segment, between stations.
     """
     station, part, per_s = stations.places(segment, s)
     angles = stations.angles

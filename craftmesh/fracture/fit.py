@@ -78,9 +78,10 @@ class FrontLine:
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """Hats on a segment: their centres (k,) as offsets from its start, and both half widths (k,).
+    """Hat functions along a front segment: centres (k,), offsets from its start, and half widths (k,).
 
-    before, behind: half widths towards smaller and larger offsets; inf keeps the hat at 1 on this side.
+    Offsets are arc lengths. A hat is 1 at its centre and falls linearly to 0. before, behind: half widths
+    towards smaller and larger offsets; inf keeps the hat at 1 on this side.
     """
 
     centres: np.ndarray
@@ -89,7 +90,7 @@ class Tests:
     period: float  # length of a closed front that is one segment, else 0
 
     def values(self, offset: np.ndarray) -> csr_array:
-        """Return the values (k, n) of the k hats at offsets (n,)."""
+        """Return the values (k, n) of the k hat functions at offsets (n,), in arc length."""
         order = np.argsort(offset, kind="stable")
         ordered = offset[order]
         turns = (-self.period, 0.0, self.period) if self.period else (0.0,)

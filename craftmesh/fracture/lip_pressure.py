@@ -128,8 +128,9 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
 def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
     """Return the matrix (e, count) that gives the change of slope at edges from values at facets' corners.
 
-    points (f, 3, 3): the corners; corner (f, 3): the number, below `count`, of each corner's value. A row
-    is the change of slope across an edge times the edge's length and the root of the adjacent area.
+    points (f, 3, 3): the corners; corner (f, 3): the index, below `count`, of each corner's value. A row
+    gives the change of slope across an edge, multiplied by the edge's length and by the square root of the
+    summed area of its two facets. These factors make bends of large facets weigh more in the fit.
     """
     groups = group_edges(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2))
     facet, edge = np.divmod(groups.pairs, 3)

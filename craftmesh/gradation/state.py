@@ -78,9 +78,9 @@ class Guards(NamedTuple):
         np.ndarray
     )  # (b + 1,) the triangles in each bin, and the bins' grid (surface.kernels.bins)
     crack_bin_items: np.ndarray
-    crack_bin_low: np.ndarray  # (3,)
-    crack_bin_width: np.ndarray  # (1,)
-    crack_bin_shape: np.ndarray  # (3,)
+    crack_bin_low: np.ndarray  # (3,) lowest corner of the bins' grid
+    crack_bin_width: np.ndarray  # (1,) edge length of a bin
+    crack_bin_shape: np.ndarray  # (3,) number of bins per axis
 
 
 class Scratch(NamedTuple):

@@ -23,8 +23,8 @@ STEP = 0.25  # degrees between tried angles; a parabola through the best three f
 # Columns of K in the order of the near fields, whose modes displace along binormal, normal and tangent:
 # K_II, K_I, K_III.
 ORDER = (1, 0, 2)
-# Radius, relative to the ring's, around a point of the ring on which slip is read. Table points within it
-# are averaged, weighted by inverse distance.
+# Radius, relative to that of the ring around a front node on which slip is read, around a point of the
+# ring. Points of the user's slip table within it are averaged, weighted by inverse distance.
 NEAR = 0.5
 # Tolerance of two angles, in radians. A slip line may point backwards by it, so that a line perpendicular
 # to the crack counts in both senses. A slip plane whose angle to the plane normal to the front is less has

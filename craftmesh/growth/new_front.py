@@ -186,11 +186,13 @@ def _carried_out(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points and origin of a moved front, changed so that it begins beyond a box plane.
 
-    A front that comes back into the box within one length of the end's move is cut off before. If the first
-    point is not beyond, the front is continued past the nearest of these planes: straight on, or in the
-    crack's plane with this `normal` (3,) if the point is out of the box by another plane. If that is too
-    far, the end's move is turned into the planes and BEYOND them; the turn fades along the front over one
-    length of the move. An end on no box plane is returned as it is.
+    origin (k,): arc length on the old front from which each point has moved; end (3,): the old end, on one
+    or more planes of the box. Without such a plane the front is returned unchanged. If the front leaves the
+    box again within one length of the end's move, the points before it leaves are dropped. If its first
+    point is then not beyond one of the end's planes, a point beyond the nearest of them is put first: the
+    front goes straight on, or perpendicular to `normal` (3,) if the point is outside the box at another
+    plane. If this takes more than one length of the move, the end's move is instead turned parallel to its
+    planes, BEYOND lengths of the move outside them; the turn fades along the front over one such length.
     """
     sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
     size = float(np.linalg.norm(points[0] - end))
@@ -259,10 +261,11 @@ def without_loops(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points (k, 3) and origin (k,) without the loops in their projection on `axes` (2, 3).
 
-    The piece between the two passages of a crossing is removed; of a closed front's two pieces, the one
-    with fewer points. The crossing becomes one point halfway between the passages, whose heights may
-    differ. Nearby points follow, over a length of the old front equal to the removed one; a jump would fold
-    the strip.
+    origin: arc length on the old front from which each point has moved. The piece between the two passages
+    of a crossing is removed; of a closed front's two pieces, the one with fewer points. The crossing
+    becomes one point halfway between the passages, whose heights may differ. Nearby points are shifted too,
+    less with distance, over a length of the old front equal to the removed one; a jump in height would fold
+    the crack surface between old and new front.
     """
     while len(points) > 3:
         i, j, shares = _first_crossing(points @ axes.T, closed)

@@ -18,9 +18,9 @@ Key = int | str | None
 class LoadCycle(NamedTuple):
     """A load cycle at n front points; user-supplied laws get this record.
 
-    driving (n,): driving force at the peak, the end of the cycle where it is larger; ratio (n,): stress
-    ratio R; delta_k (n,): effective Delta K, with closure; angle (n,): kink angle, radians; front: the
-    points, with K at the peak.
+    driving (n,): driving force, the combination of K_I, K_II and K_III in the unit of K, at the peak (the
+    end of the cycle where it is larger); ratio (n,): stress ratio R; delta_k (n,): effective Delta K, with
+    closure; angle (n,): kink angle, radians; front: the points, with K at the peak.
     """
 
     driving: np.ndarray

@@ -53,7 +53,8 @@ class Given:
     """The given crack in a box (2, 3), with which inserted cracks are compared.
 
     least: smallest target length, the unit of allowed deviations; held (k, 3): points of its fronts at
-    which an inserted front must have a node.
+    which an inserted front must have a node, None if there are none. look finds the closest points of the
+    given crack; area is the given crack's area in the box.
     """
 
     def __init__(self, crack: Crack, box: np.ndarray, least: float, held: np.ndarray | None = None) -> None:
@@ -230,11 +231,13 @@ def soundest(
     options: InsertOptions,
     insert: Callable[[CutSurface, InsertOptions], Inserted],
 ) -> Attempt:
-    """Return the first sound attempt at inserting a crack, or else the attempt with the smallest misfit.
+    """Return the first sound attempt at inserting a crack, or else the one that deviates least.
 
-    An attempt is sound if no crack facet intersects another facet and the deviation is within INSERTION.
-    insert: makes one attempt on a surface. Raise CraftmeshError if every one of ATTEMPTS attempts fails, or
-    if in the best one facets intersect or deviate by more than GROSS times what is promised.
+    An attempt is sound if no crack facet intersects another facet and the inserted crack's places and area
+    deviate from the given crack by no more than INSERTION allows. The deviation compared is
+    Misfit.promised. insert: makes one attempt on a surface. Raise CraftmeshError if every one of ATTEMPTS
+    attempts fails, or if in the best one facets intersect or deviate by more than GROSS times what PROMISED
+    allows.
     """
     best, refusal = None, CraftmeshError("")
     for _ in range(ATTEMPTS):

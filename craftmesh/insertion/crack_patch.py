@@ -35,11 +35,11 @@ PARTS = 4  # intervals per edge of the lattice on which a facet's distance from 
 def with_patch(
     cut: CutSurface, sheet: Sheet, front: FrontChain, traces: np.ndarray, least: float
 ) -> tuple[CutSurface, np.ndarray, np.ndarray]:
-    """Return the cut surface with the points of the patch, the crack's triangulation, and the patch.
+    """Return the cut surface with the patch's points appended, the patch's triangles (t, 3), and a mask.
 
-    The patch is given by its triangles (t, 3) and a mask (t, 3) of their fixed edges, which lie on front
-    or traces. traces (k, 2): trace edges inside the front; least: smallest target length. Raise
-    CraftmeshError if front and traces cannot be triangulated.
+    The patch is the crack's triangulation inside the front. The mask (t, 3) is True at the triangles' fixed
+    edges, which lie on front or traces. traces (k, 2): trace edges inside the front; least: smallest target
+    length. Raise CraftmeshError if front and traces cannot be triangulated.
     """
     uv = np.concatenate([sheet.uv(cut.points), front.uv])
     points = np.concatenate([cut.points, sheet.lift(front.uv)])

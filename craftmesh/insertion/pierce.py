@@ -24,10 +24,10 @@ from craftmesh.surface.kernels.ranks import AT_JUNCTION, ON_LINE
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
-# Chosen by hand. TOUCHING and END limit how far a node may be from the given front and from its end.
-PIERCE_PASSES = (
-    12  # most crossings of a trace edge with the front; each pass splits edges at their first one
-)
+# All chosen by hand. PIERCE_PASSES is the largest number of crossings of a trace edge with the front; each
+# pass splits trace edges at their first crossing. TOUCHING and END limit how far a node may be from the
+# given front and from its end.
+PIERCE_PASSES = 12
 TOUCHING = 1e-3  # distance, in local sizes, below which a trace point, crossing or corner is on the front
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 END = 0.3  # distance, in local sizes, below which a pierce point is the end of a front
@@ -229,9 +229,11 @@ def _split_at_front(
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
-    """Move trace points near the front onto it, along the crack; move box points to the front's end.
+    """Move trace points near the front onto it, along the crack; those on the box go to the front's end.
 
-    Points of an earlier crack stay if they would leave that crack.
+    Trace points are where the crack meets a boundary. Near is within options.snap_front local sizes, less
+    on a junction line, twice as far on the box; junction points inside the box stay. Points of an earlier
+    crack stay if they would leave it.
     """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(

@@ -24,9 +24,10 @@ _KINDS = {".vtp": "PolyData", ".vti": "ImageData"}
 def read_points(path: str | os.PathLike) -> np.ndarray:
     """Return the points (n, 3) of a file, with or without triangles.
 
-    The file is a .csv with columns x, y, z; text with these columns or, without header, with x, y, z first;
-    a .vtp; or a file that trimesh reads (.ply, .obj, ...). Raises CraftmeshError for a missing or damaged
-    file and for numbers that are not finite.
+    The file is a .csv or text with columns x, y, z, or without header (text: x, y, z first; .csv: as
+    `bare_front` says); a .vtp; or a file that trimesh reads (.ply, .obj, ...). Of a .csv with several load
+    cases only the first one's rows are returned. Raises CraftmeshError for a missing or damaged file, no
+    points, and numbers that are not finite.
     """
     path = existing_file(path, f"give points as .csv, .xyz, .vtp, {LISTED}")
     suffix = path.suffix.lower()

@@ -149,7 +149,7 @@ def _place(file: Path, tif: Any) -> Place:
         named = tif.imagej_metadata
         counts = [int(named.get(key, 1)) for key in ("channels", "frames", "slices")]
         units = {str(named.get(key, named.get("unit", ""))) for key in ("unit", "yunit", "zunit")}
-        if "spacing" in named or units - {"", "pixel", "pixels"}:  # ImageJ leaves out a depth of 1
+        if "spacing" in named or units - {"", "pixel", "pixels"}:  # ImageJ omits spacing 1
             lengths = [*(1 / each if each else 0 for each in page.resolution), named.get("spacing", 1.0)]
     if counts[0] > 1 or counts[1] > 1 < counts[2]:
         raise CraftmeshError(

@@ -26,7 +26,10 @@ def is_front(name: str) -> bool:
 
 
 def lip_faces(face_sets: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the faces (k, 2) of all lips A, and the faces of all lips B, crack by crack."""
+    """Return the faces (k, 2) of all lips A, and the faces (k, 2) of all lips B, crack by crack.
+
+    A row is an element's row and the number of its face.
+    """
     none = np.zeros((0, 2), np.int64)
     lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
     a, b = (

@@ -215,7 +215,10 @@ def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> N
     measures = shape_measures(renewed.points, renewed.tets[renewed.origin < 0])
     poor = int((is_poor(measures) | is_flat(measures)).sum())
     if poor:
-        raise CraftmeshError(f"{poor} tetrahedra of the renewed part would be poor")
+        raise CraftmeshError(
+            f"{poor} tetrahedra of the renewed part would be poor (shape factor under 0.02 or a dihedral "
+            "angle under 10 or over 160 degrees)"
+        )
     now, wanted = (_volumes(one) for one in (renewed.surface, surface))
     drift = {k: abs(now.get(k, 0.0) / volume - 1) for k, volume in wanted.items() if volume > 0}
     grain = max(drift, key=lambda k: drift[k])

@@ -87,7 +87,10 @@ def _three_planes(
 
 
 def surface_picture(surface: Surface) -> bytes:
-    """Return a .png of a surface by grain, without the part above the plane fitted to its red crack."""
+    """Return a .png of a surface by grain, without the part above the plane fitted to its red crack.
+
+    Without a crack, the plane is z = const through the centre of the box.
+    """
     corners = surface.points[surface.facets]
     is_crack = surface.kind == CRACK
     origin, normal = _cut_plane(surface.box, corners[is_crack].reshape(-1, 3))

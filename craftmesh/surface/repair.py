@@ -47,7 +47,10 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
 
 
 def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return a mask (m,) of facets (m, 3) that intersect others or have almost no area."""
+    """Return a mask (m,) of facets (m, 3) that intersect or touch others, or have almost no area.
+
+    The search for pairs ends at a large number (`intersecting_pairs`), so then the mask may be incomplete.
+    """
     faulty = is_degenerate(points, facets)
     faulty[intersecting_pairs(points, facets).ravel()] = True
     return faulty

@@ -68,7 +68,8 @@ def restore_volumes(
 def checked_targets(targets: Mapping[int, float], surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """Return the sorted ids (g,) and volumes (g,) of `targets`.
 
-    Raise CraftmeshError for a volume that is not > 0, or an id (-k for void k) that the surface lacks.
+    Raise CraftmeshError for a volume that is not > 0 or is over LARGEST, or an id (-k for void k) that the
+    surface lacks.
     """
     grains = as_array("grains with target volumes", list(targets), np.int64, (None,))
     target = as_array("target volumes", list(targets.values()), float, (None,), finite=False)

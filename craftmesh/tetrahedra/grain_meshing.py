@@ -117,8 +117,9 @@ def filled(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes (n, 3), the surface's points first, and tets (t, 4) that fill the grain.
 
-    points (p, 3): interior points that become nodes. Without them, and with the scaffold's switches, the
-    scaffold's own tets are returned. Raises WrongMesh if the tets do not fill the grain.
+    first: the scaffold, the grain's first mesh. points (p, 3): interior points that become nodes. Without
+    them, and if the attempt's mesher switches equal those of the scaffold, the mesher is not run again and
+    the scaffold's tets are returned. Raises WrongMesh if the tets do not fill the grain.
     """
     surface, switches = task.surface, task.attempt.switches
     nodes, tets, regions = first.nodes, first.tets, first.regions

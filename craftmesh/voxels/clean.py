@@ -278,7 +278,8 @@ def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) ->
 def _census(labels: np.ndarray, raw: RawVolume, parents: dict[int, int]) -> dict:
     """Return the report's counts of the cleaned labels, and `remap`.
 
-    remap: id in the file -> list of the labels that it became, empty if it was absorbed.
+    remap: id in the file, a string -> list of the labels that it became, empty if it was absorbed. Ids that
+    became 0 (outside) are left out.
     """
     ids, count = np.unique(labels, return_counts=True)
     voxels = dict(zip(ids.tolist(), count.tolist()))

@@ -55,7 +55,6 @@ def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray |
 
     Voids are -1, -2, ... in the order in which they are carved.
 
-
     spheres (v, 4): further voids, x, y, z, r in model units. Orientations are random and uniform; all have
     phase 1. The same options give the same voxels. Shuffling and foams may leave grains in pieces, and
     small grains without voxels; use `clean` on such volumes. Of a foam, and if voids may cross, only the

@@ -92,7 +92,11 @@ def read_voxels(
 
 
 def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bool) -> RawVolume:
-    """Return a file's content with labels renamed, and orientations and phases by grain."""
+    """Return a file's content with labels renamed (`rename`), and orientations and phases by grain.
+
+    Renamed labels are > 0 for grains and < 0 for voids. fills: whether the user sets fill_unindexed; then
+    label 0 is unindexed if neither the options nor the format tell its meaning.
+    """
     labels = integer_labels(path, content.labels)
     refuse_scattered(path, content.name, labels)
     spacing = _spacing(path, content, options)

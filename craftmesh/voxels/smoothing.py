@@ -67,7 +67,7 @@ class _Grid:
     Each void, the outside and each box face has a code < -1 of its own.
     """
 
-    padded: np.ndarray  # (n,) int32
+    padded: np.ndarray  # (n,) int32: each voxel's grain index or code; the rim has the box faces' codes
     shape: tuple[int, int, int]  # shape of the padded array
     rim: list[int]  # voxels padded on each side along x, y, z
     ids: np.ndarray  # (g,) label of each grain

@@ -253,5 +253,5 @@ def test_triangles_within_a_wall_are_split(walls):
 def test_crossing_traces_are_refused():
     uv = np.concatenate([ring(12, 3.0), [[-1.0, 0.0], [1.0, 0.1], [0.0, -1.0], [0.1, 1.0]]])
     segments = np.concatenate([closed(0, 12), [[12, 13], [14, 15]]])
-    with pytest.raises(CraftmeshError, match="lines on boundaries cross"):
+    with pytest.raises(CraftmeshError, match="the crack meets boundaries cross"):
         triangulate(uv, segments, np.zeros(0, int), everywhere)

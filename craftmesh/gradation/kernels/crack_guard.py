@@ -68,7 +68,8 @@ def _tip_leaves(state, star, limit, place):
 def _off2(state, vertex, limit, place):
     """Return the squared distance of a vertex from the given crack.
 
-    It is exact from `limit` to FAR times `limit`, any value within `limit` below, and inf above.
+    limit: a distance, not squared. Vertices nearer than `limit` may get the squared distance of another
+    triangle within `limit`; farther ones get the exact value, and inf beyond FAR times `limit`.
     """
     for k in range(3):
         place[0, k] = state.points[vertex, k]

@@ -181,7 +181,11 @@ def find_new_homes(state, star, loose, takers, reaches):
 
 @lean_kernel
 def attach_witnesses(state, loose):
-    """Attach the loose witnesses to the facets that `find_new_homes` found."""
+    """Attach each of the first `loose` witnesses in state.loose to its new facet, state.loose_facet.
+
+    Witnesses are initial vertex positions; loose ones have lost their facet in the current operation, and
+    `find_new_homes` has set their new one.
+    """
     if loose == 0:
         return
     witness, found, is_witness = state.loose, state.loose_facet, state.is_witness

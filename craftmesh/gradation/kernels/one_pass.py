@@ -46,8 +46,9 @@ def _at_edge(state, grid, limits, operation, a, b, share):
 def _at_vertex(state, grid, limits, operation, v, goal):
     """Try an operation at vertex `v`; return DONE, the reason of refusal, or NO_NEED.
 
-    The operation must apply to v's rank: SLIDE below 2, EVEN to 1 (on a line), RELAX to 0 (in a patch).
-    goal: for SLIDE the angle score below which the vertex moves.
+    SLIDE is tried at vertices inside a patch or on a line of feature edges, EVEN only on such a line, RELAX
+    only inside a patch. goal: for SLIDE, the smallest angle score of the facets at `v` below which it
+    moves.
     """
     rank = state.rank[v]
     if operation == SLIDE and rank < 2:

@@ -170,9 +170,10 @@ def _commit_split(state, grid, a, b, parents, moved):
 def split(state, grid, limits, a, b, share):
     """Split edge (a, b) if the halves are good enough; return DONE or the reason why not.
 
-    A half needs the angle score limits.floor, or `share` times its parent's score if that is less. If the
-    new vertex was moved onto the crack or its front, the guards check the halves too. If not, the halves
-    lie in their parents, so normals and intersections need no check.
+    A half needs the angle score limits.floor, or `share` times its parent's score if that is less. The
+    score is 0 for a degenerate facet, 1 at a smallest angle of 15 or a largest of 135 degrees, and more for
+    better facets. If the new vertex was moved onto the crack or its front, all checks of `guards.refusal`
+    apply too. If not, the halves lie in their parents, so normals and intersections need no check.
     """
     m = state.used[0]
     parents = list_edge_facets(state, a, b)

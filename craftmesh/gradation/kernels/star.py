@@ -99,10 +99,11 @@ def worst_score(state, star):
 def shape_refusal(state, star, floor, rise, cosine, longest):
     """Return the reason why the star's new facets are bad (NORMAL, ANGLE, LENGTH), or DONE.
 
-    The angle score must reach `floor`, or the old facets' smallest score plus `rise` if that is less. An
-    edge at the tip may exceed `longest` target lengths if the star had an edge as long. Otherwise needles
-    with long edges, which are too poor to be split, could neither collapse nor move. cosine: of the largest
-    turn of a normal from its reference.
+    The angle score must reach `floor`, or the old facets' smallest score plus `rise` if that is less. The
+    score is 1 for a smallest angle of 15 or a largest of 135 degrees, more for better facets. An edge at
+    the tip may exceed `longest` target lengths only if the star had an edge as long. Without this exception
+    thin facets with long edges, too poor to be split, could neither collapse nor move. cosine: cosine of
+    the largest angle between a normal and its reference normal.
     """
     points, size, reference = state.points, state.size, state.reference
     changed, corners, tip = state.star, state.star_corners, star.tip

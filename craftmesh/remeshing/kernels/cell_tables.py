@@ -53,9 +53,11 @@ def _point_faces() -> np.ndarray:
 
 
 def _point_slots() -> np.ndarray:
-    """Return rows (18, 4) that address a shared point's id: layer, slot, step in y, step in z.
+    """Return rows (18, 4): where the id of a point shared by cells is kept, by layer, slot, steps in y, z.
 
-    Layers 0 and 1 are the planes below and above the slab of cells, layer 2 lies between them.
+    Layers 0 and 1 are the planes below and above the slab of cells, layer 2 lies between them. The slot
+    tells the points of a layer at one cell apart: in layers 0 and 1 the edge along y, the edge along z and
+    the face; in layer 2 the edge along x and the faces perpendicular to y and z. The steps count cells.
     """
     slots = np.zeros((FIRST_CELL_POINT, 4), np.int64)
     for p in range(FIRST_FACE_POINT):

@@ -62,9 +62,10 @@ def sharpest_cosines(points, facets, first, after):
 
 @kernel
 def sharp_edges(points, facets, cosine):
-    """Return edges (k, 2), lower point first, with a hinge of facets (m, 3) whose cosine exceeds `cosine`.
+    """Return edges (k, 2) with two facets that enclose a sharp wedge; lower point first.
 
-    An edge may be listed several times.
+    Sharp: the cosine of the angle between the facets (180 degrees if coplanar) exceeds `cosine`. facets
+    (m, 3). An edge may be listed several times.
     """
     first, after = corner_lists(facets, len(points))
     edges = np.empty((3 * len(facets), 2), np.int64)

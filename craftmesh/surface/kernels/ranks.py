@@ -12,8 +12,10 @@ IN_PATCH, ON_LINE, AT_JUNCTION = 0, 1, 2
 
 @kernel
 def line_ranks(facets, patch, count):
-    """Return the ranks (count,) of vertices by the feature edges at each one.
+    """Return the ranks (count,) of vertices: IN_PATCH, ON_LINE or AT_JUNCTION.
 
+    A vertex without feature edges is in a patch. One with two feature edges between the same patches is on
+    a line; any other is a junction.
     patch (m,): patches of the facets (m, 3).
     """
     lists = corner_lists(facets, count)

@@ -4,7 +4,8 @@ import numpy as np
 
 from craftmesh.jit import lean_kernel
 
-# Distance from a plane or line, in sizes of the triangles, below which a point is on it.
+# A triangle's size is the longer of the two edges at its first corner. Distance from a plane or line, in
+# sizes of the larger triangle, below which a point is on it.
 CONTACT = 1e-9
 # Sine of the angle between two facets of one edge below which they are folded onto each other.
 FOLD = 1e-6

@@ -1,6 +1,7 @@
 """Passes of the tetrahedral optimiser over many points or tets; work.done counts the operations.
 
-The aim has the objective, whose value each change must raise, and the floor, a quality (`tet_objective`).
+The aim has the objective, whose value over the changed tets must rise in each change, and the floor, the
+quality under which a tet is improved (`tet_objective`). work: work arrays shared by the operations.
 """
 
 from craftmesh.jit import lean_kernel
@@ -36,7 +37,10 @@ def aspect_pass(state, aim, stars, work):
 
 @lean_kernel
 def swap_pass(state, aim, order, work):
-    """Remove one edge of each live tet in `order`, the first of its six whose removal raises the value."""
+    """Remove one edge of each tet in `order` that still exists.
+
+    It is the first of the tet's six edges whose removal raises the objective's value (aim.objective).
+    """
     for t in order:
         if state.tets[t, 0] >= 0:
             _remove_an_edge(state, t, aim, work)
@@ -125,9 +129,10 @@ def improve(state, t, aim, inserts, work):
 
 @lean_kernel
 def improve_pass(state, aim, order, inserts, touched, work):
-    """Improve the tets in `order` that are under the floor; return the number of changes.
+    """Improve the tets in `order` whose quality is under aim.floor; return the number of changes.
 
-    touched (n,): becomes True at the corners of these tets.
+    inserts: whether a new point on an edge may be tried last. touched (n,): becomes True at the corners of
+    these tets.
     """
     changes = 0
     for t in order:

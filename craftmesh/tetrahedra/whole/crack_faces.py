@@ -27,7 +27,7 @@ OFF_TOLERANCE = 0.5
 # fraction of its volume that a tet keeps in the move.
 STEPS = (1.0, 0.75, 0.5, 0.25)
 LEAST_VOLUME = 0.1
-# Height of the fins along the front, in target lengths.
+# Height, in target lengths, of the fins: auxiliary facets along the front, perpendicular to the crack.
 FIN_HEIGHT = 0.7
 
 
