@@ -38,7 +38,7 @@ SHORT, DRIFT_OF_SHORT = 0.5, 0.1
 
 @lean_kernel
 def _star_of_merging(state, a, b, halfway):
-    """Return the star of merging `b` into `a`; star.moved is -1 if it has too many facets.
+    """Return the star, the facets that change, of merging `b` into `a`; star.moved is -1 if too many.
 
     halfway: whether `a` moves (its new position is set later); if not, it stays.
     """
@@ -58,7 +58,7 @@ def _star_of_merging(state, a, b, halfway):
 
 @lean_kernel
 def _put_halfway(state, star):
-    """Put the star's tip at the edge's midpoint, shifted so that the grains keep their volumes."""
+    """Put the star's tip, the new vertex, at the edge's midpoint, shifted to keep the grains' volumes."""
     a = star.vertex
     b = star.gone
     place = state.points[star.tip]
@@ -74,8 +74,8 @@ def collapse(state, grid, limits, a, b, halfway, drift):
     """Merge `b` into `a`, at a's position or near the edge's midpoint; return DONE or the reason why not.
 
     halfway: whether the vertex moves near the midpoint. drift: for a collapse onto `a`, the largest
-    relative volume change if less than limits.drift. The link condition, that the topology stays, must hold
-    already (`link_refusal`, not checked here).
+    relative change of a grain's volume, if less than limits.drift. The link condition, that the topology
+    stays, must hold already (`link_refusal`, not checked here).
     """
     if makes_ear(state, a, b):
         return EAR
@@ -93,7 +93,10 @@ def collapse(state, grid, limits, a, b, halfway, drift):
 
 @lean_kernel
 def collapse_edge(state, grid, limits, a, b):
-    """Collapse edge (a, b) if vertex classes, topology and guards allow it; return DONE or why not."""
+    """Collapse edge (a, b) if vertex classes, topology and guards allow it.
+
+    Vertex classes are ranks and flags. Return DONE or the code of the reason why not (`result_codes`).
+    """
     lines = state.rank[a] > 0 and state.rank[b] > 0
     feature = lines and is_feature(state.facets, state.patch, state.first, state.after, a, b)
     closing = limits.merge_points and lines and not feature and closes_thin_end(state, a, b)

@@ -20,10 +20,11 @@ NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
 
 @lean_kernel
 def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
-    """Return the code of the end that may move, and the reason for NEITHER, else DONE.
+    """Return the code of the end of an edge that may move, and the reason if that is NEITHER, else DONE.
 
-    feature: whether the edge may collapse along a line. An end may move onto the other if the other has at
-    least its rank and all of its flags (box planes, crack, front).
+    feature: whether the edge may collapse along a line of feature edges. An end may move onto the other if
+    the other has at least the same rank (0 in a patch, 1 on a line, 2 at a junction) and all of the first
+    one's flags (box planes, crack, front). merge_points: whether two junctions may merge.
     """
     if rank_a > 0 and rank_b > 0 and not feature:
         return NEITHER, JUNCTION
@@ -82,7 +83,7 @@ def closes_thin_end(state, a, b):
 def _lines_may_join(state, a, b, tip):
     """Return whether edges (a, tip) and (b, tip) may merge into one edge.
 
-    It may have at most two facets of each side, a grain or void.
+    The merged edge may have at most two facets that bound each grain or void.
     """
     for end, other in ((a, b), (b, a)):
         c = state.first[end]
@@ -106,9 +107,9 @@ def _between_lines(state, a, b, u):
 
 @lean_kernel
 def _facets_of_side(state, a, b, u, side):
-    """Return the number of facets on edge (a, u), without corner `b`, that bound the slot `side`.
+    """Return the number of facets on edge (a, u), without corner `b`, that bound the grain or void `side`.
 
-    A slot is the number of a grain or void. Facets with it on both sides do not count.
+    side: its slot, an index of grains and voids. Facets with it on both sides do not count.
     """
     count = 0
     c = state.first[a]
@@ -169,10 +170,11 @@ def link_refusal(state, a, b, closing, merge_points):
 
 @lean_kernel
 def _is_remnant(state, f, a, b, u):
-    """Return whether facet f = (a, b, u) is a remnant that may close.
+    """Return whether facet f = (a, b, u) is the remnant of a patch, which may close.
 
-    A remnant has three vertices of rank 2, and its patch continues beyond exactly one of its edges (a, u)
-    and (b, u), by one facet. A crack leaves one of a grain contact where a triple line grazes the crack.
+    A remnant has three junction vertices (rank 2) and no other facet of its patch on edge (a, b); beyond
+    exactly one of the edges (a, u) and (b, u) its patch continues, by one facet. A crack leaves a remnant
+    of a grain contact where it passes close along a triple line.
     """
     if state.rank[a] < 2 or state.rank[b] < 2 or state.rank[u] < 2:
         return False
@@ -217,7 +219,7 @@ def _twin_facet(state, a, b, mark):
 def grains_touch(state, a, b):
     """Return whether merging `a` and `b` would make a grain, void or patch touch itself in a vertex.
 
-    That happens if it has facets at both ends but none on the edge (a, b).
+    That happens if the grain, void or patch has facets at both ends but none on the edge (a, b).
     """
     c = state.first[a]
     while c >= 0:
@@ -235,7 +237,7 @@ def grains_touch(state, a, b):
 
 @lean_kernel
 def _ends_meet(state, a, b, patch, side):
-    """Return whether `b` has facets of the patch or of the slot `side`, none of them with corner `a`."""
+    """Return whether `b` has facets of the patch or grain or void `side`, none of them with corner `a`."""
     found = False
     d = state.first[b]
     while d >= 0:

@@ -60,7 +60,7 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
 
 @lean_kernel
 def _cones_of_patch(state, star, place, patch):
-    """Fill the rows of grains, areas and volumes like `grain_cones`, for a star within one patch."""
+    """Fill state.near_slot, near_area and near_volume like `grain_cones`, for a star within one patch."""
     x = y = z = volume = 0.0
     for i in range(star.moved + star.dying):
         u, v, w, more = _cone(state.points, state.facets, old_facet(state, star, i), place)
@@ -145,7 +145,7 @@ def volume_shift(state, count, planes, shift):
 def keep_volumes(state, star, planes, reach):
     """Move the star's tip, its new corner, by at most `reach`, so that grains keep their volumes.
 
-    planes: flags whose box planes the tip does not leave.
+    planes: bits of the box planes that the tip does not leave.
     """
     place = state.points[star.tip]
     shift = np.empty(3)
@@ -161,7 +161,8 @@ def keep_volumes(state, star, planes, reach):
 def drift_allows(state, count, cap):
     """Return whether the change in the first `count` rows keeps each grain's drift within its limit.
 
-    The limit is `cap` times the grain's initial volume. A grain beyond it may still move back.
+    Drift is the change of a grain's volume since the start; its limit is `cap` times the initial volume. A
+    grain beyond the limit may still move back.
     """
     for n in range(count):
         slot = state.near_slot[n]
@@ -173,6 +174,6 @@ def drift_allows(state, count, cap):
 
 @lean_kernel
 def book_drift(state, count):
-    """Subtract the volumes in the first `count` rows from the drifts of their grains."""
+    """Subtract the volumes in the first `count` rows from their grains' drifts, changes since the start."""
     for n in range(count):
         state.drift[state.near_slot[n]] -= state.near_volume[n]

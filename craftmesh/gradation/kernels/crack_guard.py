@@ -53,7 +53,10 @@ def leaves_crack(state, star, limit):
 
 @lean_kernel
 def _tip_leaves(state, star, limit, place):
-    """Return whether the tip is farther from the crack than `limit` and than the star's crack vertices."""
+    """Return whether the tip, the new corner, is farther from the crack than `limit` and all old vertices.
+
+    Old vertices are the star's vertices on the crack.
+    """
     worst = _off2(state, star.tip, limit, place)
     if worst <= limit * limit:
         return False
@@ -78,7 +81,10 @@ def _off2(state, vertex, limit, place):
 
 @lean_kernel
 def _facet_off2(state, corners, limit, place):
-    """Return the largest squared distance of the facet's sampled points from the crack, as in `_off2`."""
+    """Return the largest squared distance of the facet's sampled points from the crack.
+
+    The distance of a point is exact only beyond `limit`, as in `_off2`.
+    """
     worst = 0.0
     for n in range(len(PLACES)):
         for k in range(3):
@@ -91,9 +97,10 @@ def _facet_off2(state, corners, limit, place):
 
 @kernel
 def leaves_front(state, star, limit):
-    """Return whether the midpoint of a new front edge is too far from the front (state.front).
+    """Return whether the midpoint of a new front edge is too far from the given front (state.front).
 
-    Too far is farther than `limit` and than the midpoints of all old front edges at the star's vertices.
+    Too far is farther than `limit`, a length, and than the midpoints of all old front edges at the star's
+    vertices.
     """
     moves = star.tip != star.vertex or star.gone >= 0
     flags = state.flags[star.vertex] | (state.flags[star.gone] if star.gone >= 0 else 0)

@@ -21,9 +21,10 @@ CLOSE = 0.3
 
 @lean_kernel
 def collect(state, f, count):
-    """Append the witnesses of facet `f` to state.loose; return the new count or TOO_MANY.
+    """Append the witnesses (initial vertex positions) of facet `f` to state.loose; return their new number.
 
-    count: number of witnesses there already, or TOO_MANY, which is returned unchanged.
+    count: number of witnesses in state.loose already, or TOO_MANY, which is returned unchanged. If
+    there is no more room, TOO_MANY is returned.
     """
     if count == TOO_MANY:
         return TOO_MANY
@@ -77,10 +78,10 @@ def _on_line(state, u, v):
 
 @lean_kernel
 def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
-    """Return the squared distance from home[w] to the nearest new facet of `patch`, and the facet's row.
+    """Return the squared distance of witness w from the nearest new facet of `patch`, and the facet's row.
 
-    Only the star's first `total` facets count. The search ends at the first squared distance under
-    `enough`. Without a facet of the patch the result is inf, -1.
+    home[w] is the witness' position. Only the star's first `total` facets count. The search ends at the
+    first squared distance under `enough`. Without a facet of the patch the result is inf, -1.
     """
     best = np.inf
     where = -1
@@ -97,7 +98,7 @@ def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
 
 @lean_kernel
 def _nearest_side(state, w, i, best):
-    """Return the smallest squared distance to feature edges of new facet i, or `best` if that is less."""
+    """Return the smallest squared distance of witness w to new facet i's feature edges, at most `best`."""
     for k in range(3):
         if state.star_feature[i, k]:
             u = state.star_corners[i, k]
@@ -142,8 +143,9 @@ def _nearest_trace(state, w, total, limit):
 def find_new_homes(state, star, loose, takers, reaches):
     """Find a facet of the star for each of the `loose` witnesses; return False if one is too far away.
 
-    reaches: three largest distances. The first is in target lengths, the star's or the witness' if less
-    (for the moving vertex the star's); the others are lengths for witnesses on the crack and on its front.
+    A witness is the initial position of a vertex. reaches: three largest distances. The first is in target
+    lengths, the star's or the witness' if less (for the moving vertex the star's); the second and third are
+    lengths, for witnesses on the crack and on its front.
     Facets star[:takers] may get witnesses. On entry state.loose_facet has the old facet of each witness; on
     success it has the new facet. A witness inside a patch stays in the patch of its old facet.
     """

@@ -58,7 +58,7 @@ def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets
 
 @lean_kernel
 def has_room(grid):
-    """Return whether ROOM_PER_STEP items are free, so that one more operation fits into the lists."""
+    """Return whether ROOM_PER_STEP items, entries of the cells' lists, are free for one more operation."""
     return grid.used[0] + ROOM_PER_STEP < len(grid.facet)
 
 
@@ -71,7 +71,7 @@ def _cell(x, axis, origin, scale, dims):
 def insert_facet(grid, points, f, a, b, c, patch):
     """Enter facet `f` with corners (a, b, c) into the cells that its box meets; return False if full.
 
-    Cells that the facet was in before its last change keep their items.
+    patch: the facet's patch. Cells that the facet was in before its last change keep their items.
     """
     x, y, z = area_vector(points, a, b, c)
     origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
@@ -148,9 +148,9 @@ def _set_bounds(points, facets, f, low, high, bounds, n):
 def gather_candidates(grid, points, facets, alive, facet_stamp, mark, sheet, low, high):
     """List in grid.candidate the facets whose bounds meet the box from `low` to `high`.
 
-    Return their number, -1 if too many. Cells whose facets all continue the sheet (same patch, similar
-    normals) are skipped. Facets with facet_stamp >= `mark` are skipped too, which includes removed facets
-    (GONE); all other facets of the visited cells get facet_stamp = mark.
+    Return their number, -1 if too many. Cells whose facets all continue `sheet` (same patch and similar
+    normals as the star) are skipped. Facets with facet_stamp >= `mark` are skipped too, which includes
+    removed facets (GONE); all other facets of the visited cells get facet_stamp = mark.
     """
     origin, scale, dims = grid.origin, grid.scale, grid.dims
     first, after, item_facet = grid.first, grid.after, grid.facet

@@ -31,7 +31,7 @@ from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 def attempt(state, grid, limits, star, floor, rise):
     """Make the star's change if every guard allows it; return DONE or the reason why not.
 
-    floor, rise: limits of angle scores, as in `refusal`.
+    floor, rise: the new facets need the angle score `floor` or the smallest old score plus `rise`.
     """
     reason = refusal(state, grid, limits, star, floor, rise)
     if reason == DONE:
@@ -44,7 +44,8 @@ def refusal(state, grid, limits, star, floor, rise):
     """Return the reason why the star may not change, or DONE.
 
     New facets must have the angle score `floor`, or, if that is less, the smallest score of the old facets
-    plus `rise`. Guards with infinite limits are skipped.
+    plus `rise`. More score is better; it is 1 at a smallest angle of 15 or a largest of 135 degrees. Guards
+    with infinite limits are skipped, except those of shape and intersection.
     """
     reason = shape_refusal(state, star, floor, rise, limits.cosine, limits.longest)
     if reason != DONE:
@@ -104,8 +105,8 @@ def _set_loose(state, star):
 def _list_takers(state, star):
     """Return the number of facets in state.star that may get witnesses, or -1 if too many.
 
-    If a vertex merges into a vertex that stays, the other facets at the staying vertex are appended to
-    state.star, because they may get witnesses too.
+    Witnesses are initial vertex positions. If a vertex merges into a vertex that stays, the other facets at
+    the staying vertex are appended to state.star, because they may get witnesses too.
     """
     if star.gone >= 0 and star.tip == star.vertex:
         return add_star(state, star.vertex, star.gone, star.vertex, star.moved)
@@ -191,7 +192,7 @@ def _take_out(state, f):
 
 @lean_kernel
 def _give_corners(state, star, i):
-    """Set the new corners of the star's facet in row `i`, and detach its witnesses.
+    """Set the new corners of the star's facet in row `i`, and detach its witnesses, initial positions.
 
     At most one corner may differ from the old corners, except for the tip that stands for the vertex.
     """

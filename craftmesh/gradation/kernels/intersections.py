@@ -91,7 +91,10 @@ def _apart(points, planes, corners, p, q, r):
 
 @lean_kernel
 def _meets_star(points, planes, star, i):
-    """Return whether the new facet star[i] meets one of star[:i]; planes: of star[i] (`set_planes`)."""
+    """Return whether the new facet star[i] meets one of the new facets star[:i] before it.
+
+    planes: bounding planes of star[i], from `set_planes`.
+    """
     a, b, c = star[i]
     for j in range(i):
         if _apart(points, planes, star[i], star[j, 0], star[j, 1], star[j, 2]):
@@ -103,7 +106,10 @@ def _meets_star(points, planes, star, i):
 
 @lean_kernel
 def _meets_candidates(grid, near, points, facets, planes, corners):
-    """Return whether the new facet `corners` meets one of the first `near` facets in grid.candidate."""
+    """Return whether the new facet `corners` meets one of the first `near` facets in grid.candidate.
+
+    planes: bounding planes of the new facet, from `set_planes`.
+    """
     a, b, c = corners
     for n in range(list_hits(grid, near, points, a, b, c)):
         f = grid.hits[n]

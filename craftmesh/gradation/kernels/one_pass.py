@@ -32,7 +32,7 @@ def _times_target2(state, a, b, times):
 def _at_edge(state, grid, limits, operation, a, b, share):
     """Try COLLAPSE or SPLIT at edge (a, b) by its length; return DONE, NO_NEED or the reason of refusal.
 
-    share: smallest ratio of a half's angle score to its parent's.
+    share: for SPLIT, smallest ratio of the angle score of a half facet to that of the facet that is split.
     """
     if operation == COLLAPSE:
         if squared_distance(state.points, a, b) < _times_target2(state, a, b, limits.collapse):

@@ -73,7 +73,8 @@ def put_on_front(front, place):
 def put_on_crack_in_box(state, planes, v, place):
     """Move `place` (3,) onto the given crack and onto the box planes of vertex `v` (bits of `planes`).
 
-    After at most PROJECTION_ITERATIONS iterations the place is exactly on the planes, and near the crack.
+    The steps, crack and planes in turn, end after at most PROJECTION_ITERATIONS; then `place` is exactly on
+    the planes, and near the crack.
     """
     for _ in range(PROJECTION_ITERATIONS):
         put_on_crack(state, PROJECTION_DISTANCE * state.size[v], place)
@@ -108,8 +109,8 @@ def put_on_crack(state, reach, place):
 def nearest_triangle(state, places, row, enough, reach):
     """Return the row of the given crack's triangle nearest to places[row], and the squared distance.
 
-    The search ends at the first triangle found within `enough`. Returns -1 and inf if none is within
-    `reach`.
+    places[row] is a point; enough, reach: distances. The search ends at the first triangle found within
+    `enough`. Returns -1 and inf if none is within `reach`.
     """
     points, triangles = state.crack_points, state.crack_triangles
     start, items, shape = state.crack_bin_start, state.crack_bin_items, state.crack_bin_shape

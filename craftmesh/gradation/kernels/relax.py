@@ -17,7 +17,7 @@ SOUND = score_of_angle(30.0)
 def _centroid(state, star, place):
     """Set `place` (3,) to the centroid of the star's facets, the facets around the vertex.
 
-    Weights are area over target length squared. Return False if the facets have no area.
+    The facets' weights are area over target length squared. Return False if the facets have no area.
     """
     points, size = state.points, state.size
     total = 0.0
@@ -38,7 +38,8 @@ def _centroid(state, star, place):
 def relax_vertex(state, grid, limits, v):
     """Move `v` to the centroid of its facets, or half or a quarter of the way; return DONE or why not.
 
-    Moves of less than EVEN target lengths are not tried.
+    Moves of less than EVEN target lengths are not tried. Every new facet must have the angle score of 30
+    degrees, or at least the smallest score of the old facets.
     """
     star = star_at(state, v)
     goal = np.empty(3)

@@ -39,7 +39,7 @@ def edge_facets(facets, first, after, a, b):
 
 @lean_kernel
 def is_feature(facets, patch, first, after, a, b):
-    """Return whether edge (a, b) is a feature edge.
+    """Return whether edge (a, b) is a feature edge, as on junction lines.
 
     It is one if it does not have exactly two facets, or if its two facets have different patches.
     """

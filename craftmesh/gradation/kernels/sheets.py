@@ -43,7 +43,8 @@ CELL2, SHEET2, OLD2, NEW2 = (
 def set_rows(state, star):
     """Set state.star_ends and state.star_normal for the star's new facets.
 
-    These are the two corners after the tip (the corner that all new facets share), and the unit normal.
+    A row of star_ends has the two corners after the tip (the corner that all new facets share), a row of
+    star_normal the facet's unit normal, 0 without area.
     """
     corners, tip = state.star_corners, star.tip
     for i in range(star.moved):
@@ -74,7 +75,7 @@ def _faces(x, y, z, u, v, w, cosine2):
 
 @lean_kernel
 def join(common, patch, x, y, z):
-    """Return the code of a cell's facets after one more facet is entered.
+    """Return the code of a grid cell's facets, for their patch and direction, after one more is entered.
 
     The code is 26 * patch + the row in WAYS of the direction nearest to the first facet's normal, or MIXED
     if a facet has another patch or direction. common: the code before, EMPTY for the first facet; patch and
@@ -96,7 +97,10 @@ def join(common, patch, x, y, z):
 
 @lean_kernel
 def goes_on(common, sheet):
-    """Return whether all facets of a cell with the code `common` have the sheet's patch and direction."""
+    """Return whether all facets of a grid cell have the sheet's patch and a direction near its normal.
+
+    common: the cell's code, as from `join`.
+    """
     if common < 0 or common // len(WAYS) != sheet.patch:
         return False
     way = common % len(WAYS)

@@ -66,7 +66,8 @@ def slide_towards(state, grid, limits, star, goal, floor, rise):
     """Move the star's vertex to `goal` (3,), or half or a quarter as far; return DONE or why not.
 
     Each position is first put on front, crack and box planes (`constrain`). floor, rise: every new facet
-    must have the angle score `floor`, or the old facets' smallest score plus `rise` if that is less.
+    must have the angle score `floor`, or the old facets' smallest score plus `rise` if that is less. More
+    score is better; it is 1 at a smallest angle of 15 or a largest of 135 degrees.
     """
     share = 1.0
     reason = NO_NEED
@@ -105,9 +106,10 @@ def line_neighbours(state, v):
 
 @lean_kernel
 def _score_at(state, star, place, cosine, least):
-    """Return the smallest angle score with the star's tip at `place`.
+    """Return the smallest angle score of the facets with the star's tip, their common corner, at `place`.
 
-    The result is -1 if the score is not over `least`, or a normal turns too far.
+    The result is -1 if the score is not over `least`, or if a facet's normal turns too far (`cosine`) from
+    its reference normal.
     """
     points, reference, changed, corners = state.points, state.reference, state.star, state.star_corners
     for k in range(3):
@@ -211,6 +213,7 @@ def _best_on_line(state, star, cosine, score, place):
 def slide_vertex(state, grid, limits, v, goal):
     """Move `v` to raise the smallest angle score of its facets if it is under `goal`.
 
+    The angle score of a facet is 1 at a smallest angle of 15 or a largest of 135 degrees, more if better.
     Return DONE or the reason why not. A front vertex moves only if the score is under limits.floor too,
     because the computation of stress intensity factors needs an equally spaced front.
     """
@@ -234,7 +237,7 @@ def slide_vertex(state, grid, limits, v, goal):
 
 @lean_kernel
 def _even_place(state, v, p, q, place):
-    """Set `place` on the line p - v - q at equal ratios of both edges to their targets.
+    """Set `place` on the line p - v - q where both edges have equal ratios to their target lengths.
 
     Return whether it is at least EVEN target lengths away from v.
     """

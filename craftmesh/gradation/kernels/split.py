@@ -31,7 +31,8 @@ from craftmesh.surface.kernels.facet_shape import angle_score
 def _edge_class(state, a, b, parents):
     """Return the rank and flags of a new vertex on edge (a, b).
 
-    parents: number of facets on the edge, which are in state.dying.
+    The rank is 0 in a patch and 1 on a line of feature edges; flags are bits for box planes, crack and
+    front. parents: number of facets on the edge, which are in state.dying.
     """
     flags = state.flags[a] & state.flags[b] & ON_PLANES
     rank = 0
@@ -78,7 +79,10 @@ def _set_halves(state, a, b, m, parents):
 
 @lean_kernel
 def _shapes_allow(state, parents, floor, share):
-    """Return whether every half has the angle score `floor`, or `share` times its parent's if less."""
+    """Return whether every half facet has the angle score `floor`, or `share` times its parent's if less.
+
+    parents: number of facets on the edge, each of which becomes two halves.
+    """
     for i in range(2 * parents):
         p, q, r = state.facets[state.dying[i // 2]]
         old = angle_score(state.points, p, q, r)
@@ -151,7 +155,10 @@ def _enter(state, grid, f):
 
 @lean_kernel
 def _commit_split(state, grid, a, b, parents, moved):
-    """Divide the facets in state.dying at the newest vertex; moved: whether it lies off their edge."""
+    """Divide the facets in state.dying at the newest vertex, and enter the halves in the grid if needed.
+
+    moved: whether the vertex lies off the edge.
+    """
     m = state.used[0] - 1
     for i in range(parents):
         f = state.dying[i]

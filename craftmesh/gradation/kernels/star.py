@@ -51,7 +51,10 @@ def star_at(state, v):
 
 @lean_kernel
 def list_edge_facets(state, a, b):
-    """List the facets on edge (a, b) in state.dying; return their number, or -1 if too many."""
+    """List the facets on edge (a, b) in state.dying; return their number, or -1 if too many.
+
+    They are those that a change of the edge removes or divides.
+    """
     facets, after, dying = state.facets, state.after, state.dying
     count = 0
     c = state.first[a]
@@ -86,7 +89,7 @@ def star_patch(state, star):
 
 @lean_kernel
 def worst_score(state, star):
-    """Return the smallest angle score of the star's old facets."""
+    """Return the smallest angle score of the star's old facets, 1 at angles of 15 or 135 degrees."""
     points, facets = state.points, state.facets
     worst = np.inf
     for i in range(star.moved + star.dying):

@@ -32,9 +32,9 @@ def _runs_along(state, f, a, b):
 
 @lean_kernel
 def quad_at(state, a, b):
-    """Return the Quad of edge (a, b).
+    """Return the Quad of edge (a, b), the two facets on the edge with their corners.
 
-    Its u is -1 unless the edge has exactly two facets, of one patch and equally oriented.
+    The quad's u is -1 unless the edge has exactly two facets, of one patch and equally oriented.
     """
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
     if count != 2 or state.patch[f] != state.patch[g]:
@@ -63,7 +63,7 @@ def _raises_angle(state, quad):
 def _star_of_swap(state, quad):
     """Fill state.star with the quad's two facets after the swap, and return this star.
 
-    Its vertex and tip, the corner that both new facets share, are u.
+    The star's vertex and tip, the corner that both new facets share, are the quad's u.
     """
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
     state.star[0] = quad.f
@@ -118,10 +118,10 @@ def swap(state, grid, limits, quad):
 
 @lean_kernel
 def swap_round(state, grid, limits, a, b, waiting):
-    """Swap edge (a, b) if that raises the angle, then edges around each swap; return the number of swaps.
+    """Swap edge (a, b) if that raises the smallest angle, then edges around each swap.
 
-    waiting: work array (k, 2) for edges to be tried; edges beyond its length wait for the next pass. The
-    swaps end if the grid has no room for another one.
+    Return the number of swaps. waiting: work array (k, 2) for edges to be tried; edges beyond its length
+    wait for the next pass. The swaps end if the grid has no room for another one.
     """
     done = 0
     waiting[0, 0] = a

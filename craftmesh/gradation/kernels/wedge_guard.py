@@ -16,10 +16,11 @@ from craftmesh.surface.rounding import EXACT
 
 @lean_kernel
 def sharpens_wedge(state, star, sheet, cosine):
-    """Return whether a wedge at the star's new facets is sharper than `cosine` and than all old ones.
+    """Return whether a wedge at the star's new facets is sharper than `cosine` and than all old wedges.
 
-    The rows of the new facets must be set (set_rows). Facets of a sheet, a star with similar normals in one
-    patch, can enclose sharp wedges only on junction lines, so only these are checked.
+    A wedge is the angle between two facets at an edge; a larger cosine is sharper. The rows of the new
+    facets must be set (set_rows). Facets of a sheet, a star with similar normals in one patch, can enclose
+    sharp wedges only on junction lines, so only these are checked.
     """
     alone = sheet.patch >= 0
     state.clock[1] += 1
@@ -49,7 +50,7 @@ def _is_on_line(state, star, i):
 
 @lean_kernel
 def _among_new(state, i):
-    """Return the largest cosine between new facet `i` and the new facets before it, at common edges."""
+    """Return the largest cosine of the wedges between new facet `i` and new facets before it."""
     ends = state.star_ends
     normal = state.star_normal
     largest = OPEN
@@ -63,7 +64,7 @@ def _among_new(state, i):
 
 @lean_kernel
 def _at_its_rim(state, tip, i, mark):
-    """Return the largest cosine between the new facet in row `i` and unmarked facets on two of its edges.
+    """Return the largest cosine of the wedges between new facet `i` and unmarked facets on two edges.
 
     These are the edge from the tip to the facet's first end, and the edge opposite the tip. Marked facets
     (facet_stamp equal to `mark`) belong to the star.
@@ -109,7 +110,7 @@ def _along(state, i, f):
 
 @lean_kernel
 def _sharpest_before(state, star):
-    """Return the largest cosine on the edges of the star's old facets."""
+    """Return the largest cosine of the wedges, angles between facets, at edges of the old facets."""
     largest = OPEN
     for i in range(star.moved + star.dying):
         f = old_facet(state, star, i)
