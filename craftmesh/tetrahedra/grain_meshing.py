@@ -47,8 +47,8 @@ class Setting:
 class Scaffold:
     """A first mesh without added points, which separates inside from outside.
 
-    nodes (n, 3), tets (t, 4); regions: which tets are in the grain; holes (h, 3): seeds, one point in each
-    region to leave empty; seeds_off: number of given seeds that lie in no such region.
+    nodes (n, 3), tets (t, 4); regions: their regions and those in the grain; holes (h, 3): seeds, one point
+    in each region to leave empty; seeds_off: number of given seeds that lie in no such region.
     """
 
     nodes: np.ndarray
@@ -72,7 +72,10 @@ class Stopwatch:
 
 
 def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
-    """Return a grain's tets by one attempt, and a report with counts, poor tets and CPU seconds per step.
+    """Return a grain's tets by one attempt, and a report.
+
+    The report has the numbers of tets, holes and interior points, the poor tets (only if they were
+    optimised), and the CPU seconds of each step.
 
     Raises MesherRefusal if the mesher gives no mesh, and WrongMesh if its mesh does not fill the grain.
     """
@@ -104,7 +107,7 @@ def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
 
 
 def scaffold(task: MeshingTask, mesher: str) -> Scaffold:
-    """Return the first mesh of a grain, with seeds of the regions to leave empty."""
+    """Return the scaffold, the first mesh of a grain, with seeds: points in the regions to leave empty."""
     nodes, tets = _mesh(task.surface, mesher, NO_POINTS, NO_POINTS, task.attempt.scaffold)
     regions = find_regions(task.surface, tets)
     seeds = hole_seeds(nodes, tets, regions)
@@ -135,7 +138,7 @@ def filled(
 def optimised(
     surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray, sizing: Lengths
 ) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Return improved nodes (n, 3) and tets (t, 4), and counts of operations by kind.
+    """Return improved nodes (n, 3) and tets (t, 4), and the numbers of operations by name (KINDS).
 
     The result is checked like the mesher's mesh; raises WrongMesh if it does not fill the grain.
     """

@@ -121,7 +121,7 @@ def mark_clear(candidates, clearance, bins, corners, reach):
 
 @lean_kernel
 def _is_crowded(choice, p):
-    """Return whether a chosen point is too close to point p."""
+    """Return whether a point chosen so far is closer to point p than choice.apart allows."""
     points, stays = choice.points, choice.stays
     start, items, grid = choice.bins.start, choice.bins.items, choice.bins.grid
     shape = grid.shape

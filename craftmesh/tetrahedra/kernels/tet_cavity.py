@@ -249,7 +249,7 @@ def listed_star(tets, stars, v, work):
 
 @lean_kernel
 def hold_pinched(state, valence, work):
-    """Freeze surface points whose incident tets are not connected over faces, or are too many for a star.
+    """Freeze surface points whose incident tets are not connected over faces, or are over MAX_STAR.
 
     valence (s,): number of tets incident to each of the first s points.
     """
@@ -294,8 +294,8 @@ def find_ring(state, t, edge, ring, ring_tets):
 def _open_outer_faces(state, old, n_old, keys, links):
     """Write the key and the link of each outer face of the cavity old[:n_old]; return their number.
 
-    A key identifies a face (`face_key`). A link is the tet beyond, coded as in state.neighbours, and the
-    corner of that tet opposite the face.
+    A key, corners and their sum, identifies a face (`face_key`). A link is the tet beyond, coded as in
+    state.neighbours, and the corner of that tet opposite the face.
     """
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     state.counts[STAMP] += 1
@@ -381,13 +381,13 @@ def replace_cavity(state, old, n_old, n_new, work):
 
 @lean_kernel
 def has_room(state):
-    """Return whether the arrays have room for any one operation."""
+    """Return whether the arrays have room for one more operation: MAX_STAR new tets and a new point."""
     return state.counts[TETS] + MAX_STAR < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
 
 
 @lean_kernel
 def worst_of(quality, tets, count):
-    """Return the lowest quality of the tets in the list `tets[:count]`."""
+    """Return the lowest quality of the tets tets[:count], ids into `quality` (m,)."""
     worst = 1e300
     for i in range(count):
         worst = min(worst, quality[tets[i]])

@@ -24,7 +24,7 @@ DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 @lean_kernel
 def worst_at(cone, x, y, z, floor):
-    """Return the worst quality of the cone's tets with the apex at (x, y, z).
+    """Return the worst quality of the cone's tets, which join its faces to the apex (x, y, z).
 
     The search ends at a quality of `floor` or less, which is then returned.
     """
@@ -49,7 +49,7 @@ def goal_at(cone, x, y, z, best, lighter):
 
 @lean_kernel
 def walk(cone, place, step, disc, ways, span, lighter):
-    """Move the apex from `place` while the value of `goal_at` rises; return its position and value.
+    """Move the cone's apex from `place` while the value of `goal_at` rises; return position and value.
 
     step: length of the first step; disc: (centre, radius) within which the apex stays; ways (3, 3): rows
     are the directions of moves; span: the value at `place`, and a value that ends the search. There are at

@@ -74,19 +74,25 @@ def fault_weight(quality):
 
 @lean_kernel
 def joined(one, other, objective):
-    """Return the value of the union of two sets of tets with the values `one` and `other`."""
+    """Return the value of the union of two sets of tets with the values `one` and `other`.
+
+    For the objective WORST it is the smaller value, else the sum.
+    """
     return min(one, other) if objective == WORST else one + other
 
 
 @lean_kernel
 def of_none(objective):
-    """Return the value of an empty set of tets."""
+    """Return the value of an empty set of tets, from which `joined` starts."""
     return INVERTED if objective == WORST else 0.0
 
 
 @lean_kernel
 def _worth(points, corners, quality, aim):
-    """Return the value of one tet; corners: its four nodes; quality: by the aim's measure."""
+    """Return the value of one tet by the aim's objective; corners: its four nodes.
+
+    quality: the tet's quality by the aim's measure.
+    """
     if aim.objective == WORST:
         return quality
     if aim.objective == FAULTS:
@@ -108,7 +114,10 @@ def sound_worth(points, corners, aim, limit):
 
 @lean_kernel
 def value_of(state, listed, count, aim):
-    """Return the value of the tets listed[:count]; the state's qualities are by the aim's measure."""
+    """Return the value of the tets listed[:count] by the aim's objective.
+
+    state.quality must be by the aim's measure.
+    """
     tets, value = state.tets, of_none(aim.objective)
     for i in range(count):
         t = listed[i]
@@ -119,7 +128,10 @@ def value_of(state, listed, count, aim):
 
 @lean_kernel
 def value_of_new(state, made, aim, work):
-    """Return the value of the new tets `work.new[:made]`, whose qualities are known."""
+    """Return the value of the new tets work.new[:made] by the aim's objective.
+
+    Their qualities by the aim's measure must be in work.new_quality.
+    """
     new, value = work.new, of_none(aim.objective)
     for i in range(made):
         corners = (new[i, 0], new[i, 1], new[i, 2], new[i, 3])
@@ -142,9 +154,10 @@ def limit_for(state, listed, count, aim):
 
 @lean_kernel
 def faults_at(cone, x, y, z, limit):
-    """Return the fault weight of the cone's tets with the apex at (x, y, z).
+    """Return the fault weight, summed over the cone's tets with the apex at (x, y, z).
 
-    The sum ends early when it reaches `limit`.
+    It is a penalty on flat, poor and stretched tets (`fault_weight`). The sum ends early when it reaches
+    `limit`.
     """
     points, faces = cone.points, cone.faces
     total = 0.0

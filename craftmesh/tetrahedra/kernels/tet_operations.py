@@ -104,9 +104,10 @@ def _list_triangulation(points, ends, count, measure, work):
 
 @lean_kernel
 def remove_edge(state, t, edge, aim, work):
-    """Remove an edge of tet t by the best triangulation of its ring, if the value rises enough.
+    """Remove an edge of tet t by the best triangulation of its ring, if the tets' value rises by aim.gain.
 
-    Return whether the edge was removed. Edges on surface and crack, and with too large rings, stay.
+    The ring is the cycle of nodes around the edge. Return whether the edge was removed. Edges on surface
+    and crack, and edges in more than MAX_RING tets (for the objective RATIOS, RATIOS_RING), stay.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or (aim.objective == RATIOS and count > RATIOS_RING) or not has_room(state):
@@ -125,7 +126,8 @@ def remove_edge(state, t, edge, aim, work):
 def remove_face(state, t, k, aim, work):
     """Replace the two tets at the face opposite corner k of tet t by three around a new edge.
 
-    Return whether this was done: the value must rise by the aim's gain, and the face be no facet.
+    Return whether this was done. The value of these tets must rise by the aim's gain, and the face must not
+    be a surface or crack facet.
     """
     tets, new = state.tets, work.new
     r = node_across(state, t, k)
@@ -201,7 +203,7 @@ def _list_neighbours(state, v, count, work):
 
 @lean_kernel
 def contract(state, v, aim, work):
-    """Merge the interior point v into its best neighbour, if the value rises by more than the aim's gain.
+    """Merge the interior point v into its best neighbour, if the tets' value rises by more than aim.gain.
 
     Return whether it was merged; surface points never are.
     """
@@ -263,7 +265,7 @@ def insert_on_edge(state, t, edge, aim, work):
     """Replace the tets around an edge of tet t by tets at a new point, if the value rises enough.
 
     Return the point's id, or -1 if none was inserted. Its position is found by a search from the edge's
-    midpoint. The smallest rise is INSERTION_GAIN of the objective, not the aim's gain.
+    midpoint. The tets' value must rise by the objective's INSERTION_GAIN, not by the aim's gain.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or not has_room(state):

@@ -16,7 +16,10 @@ MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(len(KINDS)
 
 @lean_kernel
 def smooth_pass(state, aim, selected, work):
-    """Try to move each selected point once to raise the value of its tets; selected (n,): mask."""
+    """Try to move each selected point once, to raise the value of its tets by the aim's objective.
+
+    selected (n,): mask. Frozen points and points without tets stay.
+    """
     for v in range(state.counts[POINTS]):
         if selected[v] and not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[MOVES] += move_point(state, v, aim, work)
@@ -48,7 +51,10 @@ def swap_pass(state, aim, order, work):
 
 @lean_kernel
 def contraction_pass(state, aim, order, work):
-    """Merge each interior point in `order` into a neighbour, if that raises the aim's value."""
+    """Merge each interior point in `order` into a neighbour, if that raises the value of their tets.
+
+    The value is by the aim's objective. Frozen points stay.
+    """
     for v in order:
         if not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[CONTRACTIONS] += contract(state, v, aim, work)
@@ -77,9 +83,9 @@ def _swap(state, t, aim, work):
 
 @lean_kernel
 def _move(state, t, aim, work):
-    """Move corners of tet t until its quality reaches the aim's floor (for FAULTS: until one moves).
+    """Move corners of tet t, each at most once, until its quality reaches aim.floor; return whether it did.
 
-    Return whether that was reached.
+    For the objective FAULTS the first move that succeeds is enough.
     """
     for k in range(4):
         v = work.corners[k]
@@ -92,7 +98,10 @@ def _move(state, t, aim, work):
 
 @lean_kernel
 def _contract_any(state, aim, work):
-    """Merge an interior node of work.corners into a neighbour; return whether one was merged."""
+    """Merge an interior node of work.corners into a neighbour; return whether one was merged.
+
+    work.corners has the four nodes that the current tet had at the start.
+    """
     for k in range(4):
         if not state.frozen[work.corners[k]] and contract(state, work.corners[k], aim, work):
             work.done[CONTRACTIONS] += 1
@@ -115,7 +124,8 @@ def _insert_any(state, t, aim, work):
 def improve(state, t, aim, inserts, work):
     """Improve tet t or its neighbours by the first operation that succeeds; return whether one did.
 
-    The order is removal of an edge, removal of a face, moves, contraction, and insertion if `inserts`.
+    The order is removal of an edge, removal of a face, moves of its corners, contraction of a corner into a
+    neighbour, and, if `inserts`, insertion of a point on an edge.
     """
     for k in range(4):
         work.corners[k] = state.tets[t, k]

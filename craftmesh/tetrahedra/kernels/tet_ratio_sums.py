@@ -58,7 +58,7 @@ def fill_table(points, faces, count, table):
 
 @vector_kernel
 def _fill_ratios(table, ratios, count, limit, x, y, z):
-    """Write the aspect ratios of the tets with apex (x, y, z).
+    """Write the aspect ratios of the tets that join the table's faces to the apex (x, y, z) to `ratios`.
 
     A ratio is INVERTED if the tet's volume-length quality is not over `limit`.
     """

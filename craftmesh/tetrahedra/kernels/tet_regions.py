@@ -22,7 +22,8 @@ def find_facets(tets, facets, count, facet):
 def part_regions(neighbours, facet, region, stack):
     """Write the number (m,) of each tet's region; return the number of regions.
 
-    Regions are numbered in the order of their first tets. facet (m, 4): >= 0 on faces that separate
+    A region is a set of tets connected over faces that are no facets. Regions are numbered from 0 in the
+    order of their first tets. facet (m, 4): >= 0 on faces that separate
     regions; stack (m,): work array.
     """
     region[:] = -1

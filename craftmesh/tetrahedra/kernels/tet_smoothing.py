@@ -68,7 +68,8 @@ def _way_down(ratios, place, first, ways, step):
 def _pattern_search(ratios, place, best, ways, step, home, reach):
     """Move along directions `ways` (k, 3) while the sum of aspect ratios falls; return position and sum.
 
-    All positions lie within `reach` of `home`. A move that does not help is tried once more at half length.
+    ratios: the cone, whose tets are summed; best: the sum at `place`. All positions lie within `reach` of
+    `home`. A move that does not help is tried once more at half length.
     """
     for _ in range(PATTERN_ROUNDS):
         x, y, z = place
@@ -115,7 +116,10 @@ def smooth_aspect(state, v, stars, aim, work):
 
 @lean_kernel
 def weight_of(state, listed, count):
-    """Return the fault weight of the tets listed[:count]; the state's qualities are by COMBINED_QUALITY."""
+    """Return the fault weight, a penalty on flat, poor and stretched tets, of the tets listed[:count].
+
+    state.quality must be by COMBINED_QUALITY.
+    """
     total = 0.0
     for i in range(count):
         total += fault_weight(state.quality[listed[i]])
@@ -124,9 +128,10 @@ def weight_of(state, listed, count):
 
 @lean_kernel
 def _move_to_better(state, v, count, aim, home, reach, ways, step, work):
-    """Move point v if the value of its tets rises, for the aim WORST or FAULTS; return whether it moved.
+    """Move point v if the value of its tets rises; return whether it moved.
 
-    `work` has v's star of `count` tets and the faces opposite v. v stays within `reach` of `home` and moves
+    The value is their worst quality for the objective WORST, else minus their fault weight (FAULTS). `work`
+    has v's star of `count` tets and the faces opposite v. v stays within `reach` of `home` and moves
     along the rows of ways (3, 3); step: length of the first step.
     """
     points, lighter = state.points, aim.objective == FAULTS
@@ -144,7 +149,10 @@ def _move_to_better(state, v, count, aim, home, reach, ways, step, work):
 
 @lean_kernel
 def move_point(state, v, aim, work):
-    """Move point v, within its bounds, if the value of its tets rises; return whether it moved."""
+    """Move point v, within its bounds, if the value of its tets rises; return whether it moved.
+
+    The value is by the aim's objective, WORST or FAULTS. The bounds are in state.reach and state.ways.
+    """
     count, own = star_of(state, v, work), min(v, len(state.reach) - 1)
     home, reach = (state.home[own, 0], state.home[own, 1], state.home[own, 2]), state.reach[own]
     step = FIRST_STEP * min(state.size[v], reach)
