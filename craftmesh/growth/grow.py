@@ -72,12 +72,13 @@ def grow(
 ) -> Crack | None:
     """Return the crack with its fronts moved; None if no front is left inside the box (2, 3).
 
-    The moves are smoothed along each front (the paper, section 2). Front ends that lie on the box move to
-    it or beyond. A strip joins old and new front. In a crack of several surfaces each grows by the rows of
-    its own fronts, and stays if it has too few. Surfaces that almost coincide become one. Surfaces that
-    coincide exactly stay two: the part of a front inside the other surface has no rows, and moves like the
-    rest. REPAIRS are counted in `repairs`. Raise CraftmeshError for rows that lie on no front, and if the
-    grown surface is no crack (folded, torn) after each of ATTEMPTS.
+    along: front nodes with K, the rows, and their moves. The moves are smoothed along each front (the
+    paper, section 2). Front ends that lie on the box move to it or beyond. A strip joins old and new front.
+    In a crack of several surfaces each grows by the rows of its own fronts, and stays if it has too few.
+    Surfaces that almost coincide become one. Surfaces that coincide exactly stay two: the part of a front
+    inside the other surface has no rows, and moves like the rest. REPAIRS are counted in `repairs`. Raise
+    CraftmeshError for rows that lie on no front, and if the grown surface is no crack (folded, torn) after
+    each of ATTEMPTS.
     """
     parts, repairs = sheets(crack), Counter() if repairs is None else repairs
     if len(parts) == 1:
@@ -121,10 +122,11 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
 def _grown(
     crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions, repairs: Counter[str]
 ) -> Crack:
-    """Return one surface with its fronts moved; it has no fronts if none is left inside the box.
+    """Return one surface of a crack with its fronts moved; it has no fronts if none is left in the box.
 
-    ATTEMPTS follow each other until the result is a valid crack without new kinks over FOLDED. If all have
-    such kinks, the first valid one counts. Only the fit can smooth more.
+    ATTEMPTS, which repair and smooth differently, follow each other until the result is a valid crack
+    without new kinks over FOLDED. If all have such kinks, the first valid one counts. Attempts that smooth
+    more are skipped unless options.smoothing is fit.
     """
     box = np.asarray(box, float)
     rows = _rows_by_front(crack, along.points)
@@ -168,8 +170,9 @@ def _with_strips(
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Return points, triangles and new fronts (k, 3) of a surface with a strip ahead of each front.
 
-    Where rows stay, the front stays and there is no strip. rows: ids and arc lengths of each front's rows;
-    how: factor on the smoothing length, and whether points stop just outside the box.
+    A strip is the new crack surface between old and new front. Where front nodes do not move, the front
+    stays and there is no strip. rows: ids and arc lengths of each front's nodes with K; how: factor on the
+    smoothing length, and whether points stop just outside the box.
     """
     coarser, stops = how
     spacing = row_spacing(along.points) / FINENESS
@@ -205,9 +208,10 @@ def _with_strips(
 def _strip(
     points: np.ndarray, ids: np.ndarray, old: Polyline, moved: NewFront, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and the triangles (m, 3) of a strip from a front `old` with these ids to the new one.
+    """Return points, the strip's new ones last, and triangles (m, 3) of a strip between two fronts.
 
-    The strip has `count` rows of the new front's points, evenly spaced from the old front.
+    The strip leads from the front `old`, with points `ids`, to the front `moved`. It has `count` rows of
+    points, evenly spaced from old to new front. Points of the old front that did not move are not repeated.
     """
     start = old.at(moved.origin)
     added = ~moved.stays[: len(moved.points) - old.closed]  # a closed front ends with its first point
@@ -225,7 +229,11 @@ def _strip(
 
 
 def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return for each front the ids of the rows at places (n, 3) on it, and their ascending arc lengths."""
+    """Return for each front the indices of the places (n, 3) on it, and their ascending arc lengths.
+
+    places: those of the rows of sif.csv. Raise CraftmeshError for a row farther than the row spacing from
+    all fronts, and for a front without rows.
+    """
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, places)
     spacing = row_spacing(places)
@@ -245,7 +253,7 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
 
 
 def in_order(nearest: np.ndarray, arc: np.ndarray, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return for each of `count` fronts the ids (k,) of its rows, sorted by arc length, and these lengths.
+    """Return for each of `count` fronts the indices (k,) of its rows, by arc length, and these lengths.
 
     nearest, arc (n,): each row's nearest front and arc length on it.
     """

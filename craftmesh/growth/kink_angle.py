@@ -37,9 +37,9 @@ def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
 
     K_I < 0 counts as 0, except in user-supplied functions. The angle of the largest tangential stress is 0
     where the intensity of this stress is not above the doubt (estimated error) of K, as under K_III alone,
-    because it would follow the noise of K_I and K_II. Raise CraftmeshError if the criterion needs stiffness
-    or slip angles that the points lack, and if a user-supplied function is not found or returns anything
-    but n finite numbers.
+    because the angle would then only follow the noise of K_I and K_II. Raise CraftmeshError if the
+    criterion needs stiffness or slip angles that the points lack, and if a user-supplied function is not
+    found or returns anything but n finite numbers.
     """
     if options.criterion == SLIP:
         if np.isnan(front.slip_angle).any():
@@ -56,7 +56,10 @@ def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
 
 
 def in_crystals(front: FrontPoints) -> np.ndarray:
-    """Return the stiffness (n, 6, 6) at the points; raise CraftmeshError if it is not known."""
+    """Return the stiffness (n, 6, 6) of the crystals at the front points.
+
+    Raise CraftmeshError if it is unknown or has NaN.
+    """
     if np.isnan(front.stiffness).any():
         raise CraftmeshError("grow.criterion is near_field, but a stiffness is NaN; pass it for all points")
     return front.stiffness
@@ -65,8 +68,8 @@ def in_crystals(front: FrontPoints) -> np.ndarray:
 def own_values(key: str, name: str, known: Sequence[str], count: int, *given: object) -> np.ndarray:
     """Return the `count` finite numbers that the user's function `name` returns for the arguments `given`.
 
-    key: the option that names it; known: built-in values of the option. Raise CraftmeshError if the
-    function cannot be found or returns anything else.
+    key: the option that names the function; known: built-in values of this option. Raise CraftmeshError if
+    the function cannot be found or returns anything else.
     """
     values = np.asarray(import_user_callable(key, name, known)(*given), float)
     if values.shape != (count,) or not np.isfinite(values).all():
@@ -179,7 +182,10 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
 
 
 def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Return the intensity (n,) at `angle` (n,) of the tangential stress, as in `largest_near_stress`."""
+    """Return the tangential stress times sqrt(2 pi r) (n,) near the front, at `angle` (n,) from its plane.
+
+    k (n, 3): K_I, K_II, K_III; stiffness (n, 6, 6), in axes as in `largest_near_stress`.
+    """
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     return np.array([scipy.interpolate.CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
 
@@ -194,7 +200,10 @@ def near_field_of(stiffness: bytes) -> NearField:
 
 
 def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (a,) and the tangential stress times sqrt(2 pi r) (n, a) at them, for K (n, 3)."""
+    """Return angles (a,) in radians and the tangential stress times sqrt(2 pi r) (n, a), for K (n, 3).
+
+    The stiffness (n, 6, 6) is in axes as in `largest_near_stress`.
+    """
     field = near_field_of(stiffness.tobytes())
     step = field.angles[1] - field.angles[0]
     chosen = np.abs(field.angles) < np.radians(WIDEST_IN_CRYSTALS) + step

@@ -21,10 +21,10 @@ BEYOND = 0.25
 def with_front_points(
     points: np.ndarray, triangles: np.ndarray, front: np.ndarray, spacing: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points, triangles and a front (ids) whose edges are no longer than `spacing`.
+    """Return points, triangles and a front (k,), ids of points, whose edges are at most `spacing` long.
 
-    points (n, 3); triangles (m, 3): each directed edge of the front belongs to one. Triangles on longer
-    edges are split; the surface does not move.
+    New points come after the given ones. points (n, 3); triangles (m, 3): each directed edge of the front
+    belongs to one. Triangles on longer edges are split; the surface does not move.
     """
     places, rows, ids = list(points), triangles.tolist(), [int(front[0])]
     row_of = {(t[k - 1], t[k]): row for row, t in enumerate(rows) for k in range(3)}
@@ -45,12 +45,12 @@ def with_front_points(
 
 
 def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Return triangles (m, 3) between the fronts `old` and `new` (ids), oriented as the surface behind.
+    """Return triangles (m, 3) between the fronts `old` and `new`, oriented as the surface behind `old`.
 
-    arc: arc lengths of the old front's points; origin: arc lengths on the old front from which the new
-    front's points come, ascending. Each triangle takes the next point of the front whose point comes first
-    along the old front. There is no triangle where both fronts share points, and none with all corners on
-    the old front.
+    old, new: ids of the fronts' points, in order. arc: arc lengths of the old front's points; origin: arc
+    lengths on the old front from which the new front's points come, ascending. Each triangle takes the next
+    point of the front whose point comes first along the old front. There is no triangle where both fronts
+    share points, and none with all corners on the old front.
     """
     rows, shared = [], set(old.tolist()) & set(new.tolist())
     i, j = 0, 0
@@ -76,8 +76,8 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
 class NewFront(NamedTuple):
     """The points (m, 3) of a new front, in order.
 
-    origin (m,): arc lengths on the old front from which they come; stays (m,) bool: True at points of the
-    old front that did not move. A closed front ends with its first point.
+    origin (m,): arc lengths on the old front from which the points come; stays (m,) bool: True at points of
+    the old front that did not move. A closed front ends with its first point.
     """
 
     points: np.ndarray
@@ -86,7 +86,10 @@ class NewFront(NamedTuple):
 
 
 def stopped_outside(points: np.ndarray, moves: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return moves (k, 3) of points in the box (2, 3), cut where they are BEYOND their length outside."""
+    """Return moves (k, 3), shortened so that each point stops just outside the box (2, 3).
+
+    A point gets at most BEYOND times its move's length outside. points (k, 3): places in the box before.
+    """
     beyond = BEYOND * np.linalg.norm(moves, axis=1, keepdims=True)
     room = np.where(moves > 0, box[1] - points, points - box[0]) + beyond
     share = (room / np.maximum(np.abs(moves), room)).min(axis=1)
@@ -106,7 +109,7 @@ def new_front(
     box (2, 3); frame (3, 3): rows u, v, normal; loops are found in the plane (u, v). Ends of an open front
     that lie on a box plane move beyond it. A concave front that moves farther than its radius forms loops;
     they are cut off. Points without a move stay. No spline runs through the corners that this leaves.
-    repairs: counts of loops and ends that are cut off, to which this front's are added.
+    repairs: counts of loops and ends that are cut off; those of this front are added.
     """
     repairs = Counter() if repairs is None else repairs
     points, origin = old.points + moves, old.arc
@@ -131,9 +134,10 @@ def broken_through(
 ) -> np.ndarray:
     """Return front points (k, 3) without thin ligaments between the front and a face of the box (2, 3).
 
-    A run of points between two points outside one plane becomes the straight line between them, if no point
-    is `width` inside. A run from a point outside that stays within half a width inside over two widths
-    moves out of the box, perpendicular to the crack's normal (3,). Tetrahedra there would be flat.
+    Tetrahedra in a ligament would be flat. Points in the box between two points outside one plane are put
+    on the straight line between these, if none is deeper than `width`. Points that follow a point outside
+    and stay within half a width of the plane over more than two widths move out of the box, perpendicular
+    to the crack's normal (3,). repairs: the count of ligaments is increased.
     """
     depths = _depths(points, box)
     outside = np.flatnonzero(depths.min(axis=1) < 0)
@@ -152,15 +156,16 @@ def broken_through(
 
 
 def _depths(points: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return the depths (k, 6) of points (k, 3) inside the planes of a box (2, 3)."""
+    """Return the depths (k, 6) of points (k, 3) inside the planes of a box (2, 3), first the low ones."""
     return np.concatenate([points - box[0], box[1] - points], axis=1)
 
 
 def _off_face(points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: float) -> np.ndarray:
-    """Return new points (j, 3) for those after the first that stay near a face over two widths.
+    """Return places (j, 3) outside the box for the j points after the first that stay near a face.
 
-    The first of the points (k, 3) is outside. j is 0 if the front gets half a width deep before, or if a
-    new point would be farther than two widths away.
+    The first of the points (k, 3) is outside. The j points are less than half a `width` deep. j is 0 if the
+    front is near the face over no more than two widths, never gets deeper than half a width, comes out
+    again, or if a new place would be farther than two widths away.
     """
     depths = _depths(points, box)
     plane = int(depths[0].argmin())
@@ -247,9 +252,9 @@ def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarr
 def _aside(
     place: np.ndarray, depth: float, outward: np.ndarray, normal: np.ndarray, size: float
 ) -> np.ndarray | None:
-    """Return the point (3,) that lies `depth` farther outward than a place; None if it is over size away.
+    """Return the point (3,) that lies `depth` farther along `outward` than `place` (3,).
 
-    The way to it is perpendicular to the crack's normal.
+    The step to it is perpendicular to the crack's `normal`. None if the step is longer than `size`.
     """
     way = outward - (outward @ normal) * normal
     step = depth / max(float(way @ outward), np.finfo(float).tiny) * way
@@ -320,7 +325,11 @@ def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, np.ndarray]
 def _sampled_between(
     points: np.ndarray, origin: np.ndarray, stays: np.ndarray, kept: np.ndarray, spacing: float
 ) -> NewFront:
-    """Return the front through points (k, 3) with those that are `kept` (k,), and samples between them."""
+    """Return the front through points (k, 3): the points in the mask `kept` (k,), and samples between them.
+
+    Samples are about every `spacing` on splines between kept points. origin (k,): arc lengths on the old
+    front from which the points come; stays (k,): mask of points that did not move.
+    """
     breaks = np.unique([0, *np.flatnonzero(kept), len(points) - 1])
     found = [NewFront(points[:1], origin[:1], stays[:1])]
     for i, j in zip(breaks[:-1].tolist(), breaks[1:].tolist()):
@@ -337,7 +346,8 @@ def _sampled(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return samples about every `spacing` of the cubic spline through points (k, 3), and their origins.
 
-    An open front of three or more points gets at least three samples.
+    origin (k,): arc lengths on the old front from which the points come. An open front of three or more
+    points gets at least three samples.
     """
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     keep, least = [0], CLOSE * spacing

@@ -39,7 +39,7 @@ class LoadCycle(NamedTuple):
 
 
 def largest(cycles: Sequence[LoadCycle]) -> LoadCycle:
-    """Return one load cycle with each point's values from its cycle with the largest driving force."""
+    """Return one load cycle with each point's values from the cycle of largest driving force there."""
     which = np.argmax([one.driving for one in cycles], axis=0)
     row = np.arange(len(which))
     parts = zip(*((one.driving, one.ratio, one.delta_k, one.angle, one.front.k) for one in cycles))
@@ -158,7 +158,7 @@ def table_of_ratios(*triples: float) -> RateLaw:
 
 
 def _power(delta_k: np.ndarray, coefficient: float, exponent: float, threshold: float = 0.0) -> np.ndarray:
-    """Return coefficient times Delta K (n,) to a power, 0 up to the threshold."""
+    """Return da/dN (n,): coefficient times Delta K (n,) to the power exponent, 0 up to the threshold."""
     grows = delta_k > threshold
     return np.where(grows, coefficient * np.where(grows, delta_k, 1.0) ** exponent, 0.0)
 
@@ -179,7 +179,7 @@ def _through(points: np.ndarray, delta_k: np.ndarray, beyond: bool = False) -> n
 
 
 def _rising(points: np.ndarray) -> np.ndarray:
-    """Return the given points (k, 2), checked.
+    """Return the given points (k, 2), Delta K and da/dN, unchanged.
 
     Raise ValueError unless there are at least two, and both columns are positive and strictly rising.
     """
@@ -285,7 +285,11 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
 
 
 def _law(kind: str, constants: str) -> RateLaw:
-    """Return the law of a kind and its constants; raise ValueError, TypeError, KeyError if invalid."""
+    """Return the law of a kind of KINDS with constants, numbers joined by commas, or a user's function.
+
+    The function is named by `kind`, its module, and `constants`, its name. Raise ValueError, TypeError or
+    KeyError if the constants are invalid.
+    """
     if kind not in KINDS and constants.isidentifier():
         return RateLaw(import_user_callable("rates", f"{kind}:{constants}", tuple(KINDS)))
     values = [float(value) for value in constants.split(",")]
