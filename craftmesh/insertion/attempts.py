@@ -38,10 +38,10 @@ class Inserted(NamedTuple):
 
 
 class Misfit(NamedTuple):
-    """Places (k, 3) where a crack is farther from the given one than insertion allows.
+    """Places (k, 3) where an inserted crack is farther from the given one than insertion allows.
 
-    times, promised: largest deviation as a multiple of what INSERTION and PROMISED
-    (`cracks/crack_tolerances`) allow.
+    times, promised: largest deviation of places, front and area, as a multiple of what the tolerances
+    INSERTION and PROMISED (`cracks/crack_tolerances`) allow; both are inf if crack facets intersect others.
     """
 
     places: np.ndarray
@@ -65,8 +65,9 @@ class Given:
     def misfit(self, inserted: Inserted) -> Misfit:
         """Return the places where an inserted crack deviates too far from the given one, and how far.
 
-        If only its area deviates, the places are centres of given triangles that no inserted facet is near,
-        or else midpoints of the inserted crack's boundary edges.
+        If only its area deviates, which is compared only if the body fills its box, the places are centres
+        of given triangles that no inserted facet is near, or else midpoints of the inserted crack's
+        boundary edges.
         """
         surface, own = inserted.surface, inserted.surface.facets[inserted.own].astype(np.int64)
         points = surface.points
@@ -120,7 +121,10 @@ def fronts_of(surface: Surface, crack: Crack) -> Fronts:
 
 
 def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
-    """Return the misfit of a surface's front nodes to the given fronts; least: smallest target length."""
+    """Return the misfit of a surface's front nodes to the given fronts; least: smallest target length.
+
+    The misfit has the nodes that are too far off and the largest distance, relative to the tolerances.
+    """
     nodes = surface.points[np.unique(front_edges(surface))]
     if not len(nodes):
         return Misfit(nodes, 0.0, 0.0)
@@ -217,7 +221,7 @@ GROSS = 10.0
 
 
 class Attempt(NamedTuple):
-    """An attempt: the surface made, the cut surface from which it was made, and its misfit."""
+    """An attempt at inserting a crack: the surface made, the cut surface before, and the misfit `off`."""
 
     made: Inserted
     cut: CutSurface

@@ -23,7 +23,8 @@ PARTINGS = 8  # most passes of splitting crack facets that meet a grain boundary
 # Smallest distance of a new point from others: SPACING smallest target lengths, and APART times the longest
 # edge of the point's facet.
 SPACING, APART = 0.25, 0.2
-# The same in smallest target lengths, for points where crack facets meet a grain boundary.
+# Smallest distance of a new point from others, in smallest target lengths, where crack facets meet a grain
+# boundary.
 TIGHTEST = 0.12
 CLEAR = 0.5  # smallest distance of a new point from fixed edges, relative to that from other points
 # Distance, relative to a facet's longest edge, within which its new point moves to a corner of the given
@@ -103,7 +104,10 @@ class _Patch:
         planar.split_within_walls(self.plane, walls, corners)
 
     def insert(self, candidates: Candidates) -> int:
-        """Insert candidates that keep their distances from points and fixed edges; return their number."""
+        """Insert the candidates that keep their smallest distances from points and fixed edges.
+
+        Return how many were inserted.
+        """
         self.plane = with_room(self.plane, len(candidates.uv))
         return int(planar.insert_spaced(self.plane, candidates, self._is_kept(len(self.plane.corners))))
 
@@ -140,9 +144,10 @@ class _Patch:
                 return
 
     def _look(self) -> None:
-        """Update `off`, the largest distance of each changed triangle from the crack, and `at`.
+        """Update self.off and self.at, the largest distance from the crack and its place, by triangle.
 
-        `at` (n, 2) is the sample in (u, v) with that distance. Samples on fixed edges do not count.
+        Only changed triangles are sampled. self.at (n, 2) is the farthest one, in (u, v).
+        Samples on fixed edges do not count.
         """
         triangles = self.plane.triangles
         known = len(self.seen)

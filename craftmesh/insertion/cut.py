@@ -50,7 +50,7 @@ class CutSurface:
 
 
 def uncut(surface: Surface) -> CutSurface:
-    """Return a surface without known distances from a crack and without sizes."""
+    """Return a surface as a CutSurface, with psi and phi NaN (no distance known) and sizes unset."""
     count = len(surface.points)
     psi, phi, size, arc = (np.full(count, np.nan) for _ in range(4))
     return CutSurface(

@@ -69,7 +69,8 @@ def _forced_nodes(
 ) -> list[tuple[int, float]]:
     """Return (id, arc length) of the nodes a front must have: pierce points, ends and corners.
 
-    New nodes are appended to `uv`. A corner is not needed where a front edge, along (k, 2), cuts it off.
+    Pierce points are where traces cross the front. New nodes are appended to `uv`. A corner is not needed
+    where a front edge, along (k, 2), cuts it off.
     """
     curve = sheet.rim.curves[front]
     ids = surface.on_front(front)
@@ -118,11 +119,11 @@ def stretches(
 def _spread(
     sheet: Sheet, front: int, ends: tuple[float, float], target: SizeAt, halvings: int
 ) -> np.ndarray:
-    """Return arc lengths between the ends, spaced at the target size and closer where the front bends.
+    """Return arc lengths between the two of `ends`, at the target size and closer where the front bends.
 
-    The number of edges allows each a turn of SHARPEST. The front's turning is measured between the middles
-    of chords, so it is scaled up for the half chord at each end. Each of the `halvings` doubles the number
-    of edges.
+    Each edge turns by at most about SHARPEST. The front's turning is measured
+    between the middles of chords, so it is scaled up for the half chord at each end. Each of the `halvings`
+    doubles the number of edges.
     """
     samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
     places = sheet.lift(sheet.rim.curves[front].at(samples))
@@ -155,7 +156,10 @@ def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) ->
 
 
 def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool:
-    """Return whether the edges between the arc lengths stay within FRONT_EDGES of the front."""
+    """Return whether edges between successive `arcs` (k,) stay within FRONT_EDGES of the curved front.
+
+    FRONT_EDGES is in target sizes.
+    """
     off = sagitta(sheet, front, arcs[:-1], arcs[1:])
     middle = sheet.lift(sheet.rim.curves[front].at((arcs[:-1] + arcs[1:]) / 2))
     return bool((off <= FRONT_EDGES * target(middle)).all())
@@ -195,7 +199,9 @@ def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarr
 
 
 def without_loose_ends(front: FrontChain, traces: np.ndarray) -> FrontChain:
-    """Return the front without edges that lead from its first or last trace (k, 2) to no other one.
+    """Return the front without the edges between a loose end and its first or last trace.
+
+    traces (k, 2): trace edges inside the front.
 
     An open front ends on the box. If the body does not reach the box, there is no trace at that end: the
     front beyond its last trace lies in no grain and bounds no part of the crack.

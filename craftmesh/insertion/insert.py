@@ -113,7 +113,8 @@ def _as_one(
 ) -> dict[str, int | float]:
     """Return the last part's report with the numbers of the whole crack surface, all parts inserted.
 
-    Raise CraftmeshError if the front is farther from the given fronts than GROSS times the promise.
+    least: smallest target length. Raise CraftmeshError if the front is farther from the given fronts than
+    GROSS times the promise.
     """
     off = misfit_of_fronts(surface, fronts, least)
     refuse_gross(off)
@@ -129,7 +130,11 @@ def _with_part(
     known: np.ndarray | None,
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with one part of a crack inserted, and its report."""
+    """Return the surface with one part of a crack inserted, and the report of that part.
+
+    known (k, 3): points of an older mesh's crack in the surface, which stay; target: target lengths at
+    points.
+    """
     sheet, least = sheet_of(given.crack, surface.box, given.held), given.least
     best = soundest(
         prepared(surface, sheet, known, least),

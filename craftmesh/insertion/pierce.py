@@ -36,7 +36,8 @@ END = 0.3  # distance, in local sizes, below which a pierce point is the end of 
 def at_corners(surface: CutSurface, sheet: Sheet) -> CutSurface:
     """Return the surface with front points added at front corners in facets that lie in the crack.
 
-    Without them, edges of such facets would cross the front near a corner again after each split.
+    A corner is a sharp turn of the front. Without a node there, edges of such facets would cross the front
+    near the corner again after each split.
     """
     for front in range(len(sheet.rim.curves)):
         for corner in sheet.rim.curves[front].at(sheet.rim.corners(front)):
@@ -89,7 +90,9 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Mark trace points within TOUCHING of the rim: as front points at a front, as inside at the mouth.
+    """Mark trace points within TOUCHING local sizes of the rim, the crack's boundary.
+
+    At a front they become front points, at the mouth (where the crack leaves the body) points inside.
 
     Past the end of a front, the rim goes on to the mouth, which is pushed out of the box. A point that
     touches the rim there, near the end, counts as that end.
@@ -117,7 +120,10 @@ def _is_end(sheet: Sheet, front: np.ndarray, arc: np.ndarray, near: np.ndarray) 
 
 
 def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> CutSurface:
-    """Return the surface with points `rows` (k,) marked as on the nearest front, without moving them."""
+    """Return the surface with points `rows` (k,) marked as on the nearest front, without moving them.
+
+    Marked points get phi = 0, the front's number and their arc length on it.
+    """
     _, number, along = sheet.rim.nearest_front(sheet.uv(surface.points[rows]))
     phi, front, arc = surface.phi.copy(), surface.front.copy(), surface.arc.copy()
     phi[rows], front[rows], arc[rows] = 0.0, number, along
@@ -125,7 +131,7 @@ def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> Cu
 
 
 def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of edges that cross the front, and positions (0 to 1) of first crossings on them."""
+    """Return the rows of trace edges (k, 2) that cross the front, and positions (0 to 1) where first."""
     if not len(edges):
         return np.zeros(0, np.int64), np.zeros(0)
     at_end = _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)[edges]

@@ -80,7 +80,7 @@ class Rim:
         return self.curves[front].length if self.curves[front].closed else np.inf
 
     def corners_ahead(self, front: int) -> np.ndarray:
-        """Return arc lengths of a front's corners; on a closed front those of the second turn follow."""
+        """Return arc lengths of a front's corners; on a closed front those plus its length follow."""
         corners = self.corners(front)
         if not self.curves[front].closed:
             return corners
@@ -161,7 +161,10 @@ def _push_out_mouth(
 def _segments(
     domain: shapely.Polygon, curves: tuple[Polyline, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return boundary segments (k, 2, 2), the f of fronts first; their front numbers and arcs (f,)."""
+    """Return boundary segments (k, 2, 2) in (u, v), the f segments of fronts first; front numbers; arcs.
+
+    Front numbers (f,) and starting arc lengths (f,) are those of the first f segments.
+    """
     starts, ends, number, arc = [np.zeros((0, 2))], [np.zeros((0, 2))], [], []
     for front, curve in enumerate(curves):
         starts.append(curve.points[:-1])

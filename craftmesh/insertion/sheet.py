@@ -114,7 +114,7 @@ class Sheet:
         return result
 
     def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the triangle (n,) nearest to each parameter pair (n, 2), and the nearest point in it.
+        """Return the crack triangle (n,) nearest to each parameter pair (n, 2), and the nearest point.
 
         That point is given by barycentric coordinates (n, 3) and by the step (n, 2) from it to the
         parameters, 0 on the crack.

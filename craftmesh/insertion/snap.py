@@ -138,7 +138,7 @@ def _moved(
 
 
 def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
-    """Return distances (n,) of points from the crack, to first order; NaN far from it."""
+    """Return distances (n,) of points from the crack, psi over its gradient's length; NaN far from it."""
     distance = np.abs(surface.psi)
     rows = np.flatnonzero(np.isfinite(distance))
     distance[rows] /= np.linalg.norm(sheet.gradient(surface.points[rows]), axis=1)
@@ -146,7 +146,7 @@ def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
 
 
 def classified(surface: CutSurface) -> Classification:
-    """Return the classification of the points on facets near the crack."""
+    """Return the classification (ranks, and box planes that hold points) from facets near the crack."""
     rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
     return Classification(
         Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
