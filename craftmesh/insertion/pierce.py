@@ -131,7 +131,7 @@ def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> Cu
 
 
 def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of trace edges (k, 2) that cross the front, and positions (0 to 1) where first."""
+    """Return the rows of edges (k, 2) that cross the front, and each first crossing's position, 0 to 1."""
     if not len(edges):
         return np.zeros(0, np.int64), np.zeros(0)
     at_end = _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)[edges]

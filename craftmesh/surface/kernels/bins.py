@@ -20,7 +20,10 @@ def grid_over(low: np.ndarray, high: np.ndarray, width: float) -> Grid:
 
 @lean_kernel
 def cell_along(grid, x, axis):
-    """Return the cell along an axis that holds the coordinate x."""
+    """Return the index along an axis, 0 to 2, of the cell that holds the coordinate x.
+
+    Outside the grid it is the first or last cell.
+    """
     return min(max(int((x - grid.low[axis]) / grid.width), 0), grid.shape[axis] - 1)
 
 
@@ -36,7 +39,10 @@ def cells_of(places, grid):
 
 @kernel
 def fill_bins(first, last, grid):
-    """Return bins of boxes, which extend from cells `first` (n, 3) to `last` (n, 3); equal for points."""
+    """Return the bins, which list the boxes in each cell.
+
+    Box i extends from cell first[i] to cell last[i], rows of (n, 3) arrays; they are equal for points.
+    """
     shape = grid.shape
     start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
     for f in range(len(first)):

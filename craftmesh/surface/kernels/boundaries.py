@@ -9,7 +9,7 @@ from craftmesh.surface.kernels.union_find import root_of
 
 @lean_kernel
 def _slot(bits, row, mask):
-    """Return the slot of bits[row] (3,) in a hash table of mask + 1 entries, a power of two."""
+    """Return the slot, 0 to mask, of bits[row] (3,) in a hash table; mask + 1 must be a power of two."""
     key = bits[row, 0] * np.uint64(0x9E3779B97F4A7C15)
     key ^= (bits[row, 1] * np.uint64(0xC2B2AE3D27D4EB4F)) >> np.uint64(7)
     key ^= bits[row, 2] * np.uint64(0x165667B19E3779F9)
@@ -19,7 +19,7 @@ def _slot(bits, row, mask):
 
 @kernel
 def lowest_equal_rows(bits):
-    """Return the lowest equal row (n,) for each row of bits (n, 3) uint64."""
+    """Return for each row of bits (n, 3) uint64 the lowest row (n,) that equals it, maybe itself."""
     size = 16
     while size < 2 * len(bits):
         size *= 2
@@ -84,7 +84,7 @@ def close_pairs(points, reach, width):
 
 @kernel
 def unbalanced_edges(facets, sides, first, after):
-    """Return rows (k, 3): label, lower and higher point of edges where the label's boundary is not closed.
+    """Return rows (k, 3) of edges where a label's boundary is not closed: label, lower and higher point.
 
     sides (m, 2) int32: labels behind and ahead of each facet, as in `open_edges`; first, after: corner
     lists of the facets.
@@ -120,7 +120,10 @@ def unbalanced_edges(facets, sides, first, after):
 
 @lean_kernel
 def _tallied(tally, count, label, high, way):
-    """Add `way`, +1 or -1, to the balance of a label's edge to point `high`; return the number of rows."""
+    """Add `way`, +1 or -1, to the balance of a label's edge to point `high`; return the number of rows.
+
+    A row of `tally` is label, point, balance; `count` rows are in use, and one is added for a new edge.
+    """
     for row in range(count):
         if tally[row, 0] == label and tally[row, 1] == high:
             tally[row, 2] += way

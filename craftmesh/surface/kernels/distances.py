@@ -13,7 +13,10 @@ BLOCK = 32
 
 @kernel
 def _block_boxes(centres, reach):
-    """Return lowest and highest corners (b, 3) of boxes around the spheres of BLOCK facets each."""
+    """Return lowest and highest corners (b, 3) of boxes around the spheres of blocks of BLOCK facets.
+
+    centres (f, 3), reach (f,): centres and radii of spheres around the facets.
+    """
     count = (len(centres) + BLOCK - 1) // BLOCK
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     for f in range(len(centres)):
@@ -25,7 +28,10 @@ def _block_boxes(centres, reach):
 
 @lean_kernel
 def _is_beyond(places, q, low, high, row, bound):
-    """Return whether a box lies farther than `bound` from place q along one of the axes."""
+    """Return whether box `row` lies farther than `bound` from place q along one of the axes.
+
+    low, high (b, 3): lowest and highest corners of the boxes.
+    """
     for k in range(3):
         if places[q, k] < low[row, k] - bound or places[q, k] > high[row, k] + bound:
             return True
@@ -34,11 +40,12 @@ def _is_beyond(places, q, low, high, row, bound):
 
 @kernel
 def nearest_facets(places, points, facets, some, centres, reach):
-    """Return nearest facets (q,) of places (q, 3), squared distances (q,), and sides (q,): 1 ahead or -1.
+    """Return nearest facets (q,) of places (q, 3), squared distances (q,), and sides (q,).
 
-    some (q,): a facet near each place, best the one with the nearest centre; its distance bounds the
-    search. centres (f, 3), reach (f,): spheres around the facets. A facet is measured only if its sphere,
-    and the box of its block, comes within this bound. Of equally near facets the first one is returned.
+    The side is 1 for a place ahead of its facet, -1 behind. some (q,): a facet near each place, best the
+    one with the nearest centre; its distance bounds the search. centres (f, 3), reach (f,): spheres around
+    the facets. A facet is measured only if its sphere, and the box of its block, comes within this bound.
+    Of equally near facets the first one is returned.
     """
     low, high = _block_boxes(centres, reach)
     nearest, side = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)

@@ -10,7 +10,7 @@ from craftmesh.surface.kernels.triangles import FOLD
 
 @kernel
 def even_stars(points, facets):
-    """Return (n,) bool: points whose facets go around them once, closed, as a height over a plane.
+    """Return a mask (n,) of points whose facets form one closed fan around them, a height over a plane.
 
     No two facets of such a point meet in more than their common vertices. The sum of hashes of the ends of
     the edges across from a point is 0 only if each of its edges has one facet on either side. A point with

@@ -51,7 +51,7 @@ def angles_of(points, facets):
 
 @kernel
 def volumes_from(centre, points, facets):
-    """Return signed volumes (m,) between the point `centre` (3,) and the facets, > 0 if it lies behind."""
+    """Return signed volumes (m,) between point `centre` (3,) and facets, > 0 if `centre` is behind."""
     volumes = np.empty(len(facets))
     for f in range(len(facets)):
         a = facets[f, 0]

@@ -80,7 +80,10 @@ def score_of_angle(degrees: float) -> float:
 
 @lean_kernel
 def angle_score(points, a, b, c):
-    """Return 1 for a smallest angle of 15 or a largest of 135 degrees, more if better, 0 if degenerate."""
+    """Return the angle score of facet (a, b, c): larger is better, 0 if degenerate.
+
+    It is 1 if the smallest angle is 15 or the largest 135 degrees, and the worse of the two angles decides.
+    """
     smallest, largest = cosine_range(points, a, b, c)
     return min((1.0 - smallest) / _LEAST, (1.0 + largest) / _LARGEST)
 
@@ -127,7 +130,10 @@ def segment_distance2(points, a, b, places, row):
 
 @lean_kernel
 def facet_distance2(points, a, b, c, places, row, bound):
-    """Return the squared distance of places[row] from facet (a, b, c), or `bound` if that is smaller."""
+    """Return the squared distance of places[row] from facet (a, b, c), or `bound` if that is smaller.
+
+    bound: a squared distance, too.
+    """
     nx, ny, nz = area_vector(points, a, b, c)
     n2 = nx * nx + ny * ny + nz * nz
     wx = places[row, 0] - points[a, 0]

@@ -19,9 +19,10 @@ OPEN = -2.0
 
 @lean_kernel
 def _sharpest_along(points, facets, after, c, b, d):
-    """Return the largest cosine between the facet of corner `c` and others on its edge to vertex `b`.
+    """Return the largest cosine of angles between the facet of corner `c` and others on its edge to `b`.
 
-    Only facets from corner `d` on in the list of the vertex of `c` are compared.
+    The edge is from the vertex of corner `c` to vertex `b`. The result is OPEN without others. Only facets
+    from corner `d` on in the list of the vertex of `c` are compared.
     """
     ahead, behind = facets[c // 3, (c + 1) % 3], facets[c // 3, (c + 2) % 3]
     a = facets[c // 3, c % 3]
@@ -43,7 +44,7 @@ def _sharpest_along(points, facets, after, c, b, d):
 
 @lean_kernel
 def sharpest_on_facet(points, facets, first, after, f):
-    """Return the largest cosine of the hinges of facet `f`."""
+    """Return the largest cosine of angles between facet `f` and facets on its edges, OPEN for none."""
     largest = OPEN
     for k in range(3):
         a, b = facets[f, k], facets[f, (k + 1) % 3]
@@ -53,7 +54,10 @@ def sharpest_on_facet(points, facets, first, after, f):
 
 @kernel
 def sharpest_cosines(points, facets, first, after):
-    """Return the largest cosine (m,) of the hinges of each of the facets (m, 3)."""
+    """Return for each of the facets (m, 3) the largest cosine (m,) of its angles with facets on its edges.
+
+    first, after: the facets' corner lists. The cosine is OPEN for a facet alone on its edges.
+    """
     cosines = np.empty(len(facets))
     for f in range(len(facets)):
         cosines[f] = sharpest_on_facet(points, facets, first, after, f)

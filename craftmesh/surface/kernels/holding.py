@@ -20,7 +20,10 @@ def bins_of(nodes: np.ndarray, triangles: np.ndarray) -> Bins:
 
 @kernel
 def holding(uv, nodes, triangles, bins):
-    """Return the first of the triangles (m, 3) on nodes (n, 2) to contain each point uv (k, 2), or -1."""
+    """Return the id (k,) of the first of the triangles (m, 3) on nodes (n, 2) that contains each point.
+
+    It is -1 if none does. uv (k, 2): the points; bins: of the triangles, from `bins_of`.
+    """
     found = np.full(len(uv), -1)
     grid = bins.grid
     for p in range(len(uv)):

@@ -11,7 +11,10 @@ MAX_LABELS = 64
 
 @lean_kernel
 def _turn(points, a, b, x, y):
-    """Return on which side, 1 or -1, of (x, y) the line a-b passes; both facets of an edge agree."""
+    """Return on which side, 1 or -1, of (x, y) the line a-b passes, seen along z.
+
+    Both facets of an edge agree on it, also if the line passes through (x, y).
+    """
     sign = 1.0
     if a > b:
         a, b = b, a
@@ -23,7 +26,7 @@ def _turn(points, a, b, x, y):
 
 @lean_kernel
 def _is_below(points, facets, f, x, y, z):
-    """Return 1 or -1 if facet f lies straight above the place and faces up or down, else 0."""
+    """Return 1 or -1 if facet f lies straight above the place (x, y, z) and faces up or down, else 0."""
     a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
     turn = _turn(points, a, b, x, y)
     if turn != _turn(points, b, c, x, y) or turn != _turn(points, c, a, x, y):
@@ -35,7 +38,10 @@ def _is_below(points, facets, f, x, y, z):
 
 @lean_kernel
 def _count(label, change, found, times, total):
-    """Add `change` to the count of a label; return the number of labels found so far."""
+    """Add `change` to the count of a label; return the number of labels found so far.
+
+    found, times: labels and their counts, of which `total` are in use. Labels over MAX_LABELS are ignored.
+    """
     for i in range(total):
         if found[i] == label:
             times[i] += change

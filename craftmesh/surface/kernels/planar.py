@@ -71,7 +71,7 @@ def _edge_from(mesh, t, a):
 
 @lean_kernel
 def _edges(mesh, t, i):
-    """Return the three edges of t from edge i on, each as (triangle across, is fixed)."""
+    """Return the three edges of triangle t from edge i on, each as (triangle across, is fixed)."""
     j, k = (i + 1) % 3, (i + 2) % 3
     return (
         (mesh.across[t, i], mesh.fixed[t, i]),
@@ -82,13 +82,13 @@ def _edges(mesh, t, i):
 
 @lean_kernel
 def _free(u):
-    """Return an edge to triangle u that is not fixed, as (triangle across, is fixed)."""
+    """Return an edge that is not fixed, with triangle u across, as (triangle across, is fixed)."""
     return u, bool(0)  # False is a literal type in numba; each function that gets it would compile again
 
 
 @lean_kernel
 def _put(mesh, t, corners, first, second, third):
-    """Set the corners and edges (across, fixed) of t; the triangles across are not updated."""
+    """Set the corners and edges (across, fixed) of triangle t; the triangles across are not updated."""
     for i in range(3):
         mesh.corners[t, i] = corners[i]
     mesh.across[t, 0], mesh.fixed[t, 0] = first
@@ -204,7 +204,7 @@ def _new_triangles(mesh):
 
 @lean_kernel
 def _split_triangle(mesh, t, point):
-    """Split t into three triangles at `point`; return the two new ones."""
+    """Split triangle t into three at `point`, inside it; return the ids of the two new ones."""
     a, b, c = mesh.corners[t]
     ab, bc, ca = _edges(mesh, t, 0)
     u, w = _new_triangles(mesh)
@@ -220,7 +220,7 @@ def _split_triangle(mesh, t, point):
 def split_inner_edge(mesh, t, i, point):
     """Split the inner edge i of t at `point`: two triangles become four, no edge is flipped.
 
-    The halves are fixed if the edge was. Return the two new triangles.
+    The halves are fixed if the edge was. Return the ids of the two new triangles.
     """
     a, b, c, u, d, j = _pair(mesh, t, i)
     _, bc, ca = _edges(mesh, t, i)
@@ -240,7 +240,7 @@ def split_inner_edge(mesh, t, i, point):
 def _meets_on_wall(mesh, t, i, walls, corners):
     """Return whether one wall contains the first `corners` (2 or 3) corners of t, counted from edge i on.
 
-    walls (n, w): mask of the points on each wall.
+    A wall is the front, a grain boundary, a void or a box plane. walls (n, w): mask of the points on each.
     """
     for w in range(walls.shape[1]):
         held = True
@@ -275,7 +275,9 @@ def split_within_walls(mesh, walls, corners):
 
 @kernel
 def insert_point(mesh, t, point):
-    """Insert `point`, inside triangle t, and legalise around it; BLOCKED if on a fixed or outer edge.
+    """Insert `point`, inside triangle t, and flip edges around it to restore Delaunay's criterion.
+
+    Return DONE, or BLOCKED if the point is on a fixed or outer edge.
 
     Two spare triangles are required.
     """

@@ -15,7 +15,7 @@ def line_ranks(facets, patch, count):
     """Return the ranks (count,) of vertices: IN_PATCH, ON_LINE or AT_JUNCTION.
 
     A vertex without feature edges is in a patch. One with two feature edges between the same patches is on
-    a line; any other is a junction.
+    a line; any other is a junction. Feature edges do not have two facets of one patch.
     patch (m,): patches of the facets (m, 3).
     """
     lists = corner_lists(facets, count)

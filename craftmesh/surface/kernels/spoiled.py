@@ -10,7 +10,7 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_on_facet
 
 @lean_kernel
 def _turns(points, moved, a, b, c, cosine):
-    """Return whether a facet turns from `points` to `moved` by more than the angle of this cosine."""
+    """Return whether facet (a, b, c) turns from `points` to `moved` by over the angle of this cosine."""
     x, y, z = area_vector(points, a, b, c)
     u, v, w = area_vector(moved, a, b, c)
     size = np.sqrt(x * x + y * y + z * z) * np.sqrt(u * u + v * v + w * w)
@@ -30,7 +30,7 @@ def _is_beyond(moved, facets, f, levels):
 
 @kernel
 def spoiled(points, moved, facets, lists, changed, levels, bounds):
-    """Return (m,) bool: facets that break the bounds if their points (n, 3) move to `moved` (n, 3).
+    """Return a mask (m,) of facets that break the bounds if their points (n, 3) move to `moved` (n, 3).
 
     Only facets in the mask `changed` (m,) are tested. A poor shape, a short edge or a sharp wedge does not
     count if it was no better before. lists: the facets' corner lists; levels (2, 3): planes of the box;

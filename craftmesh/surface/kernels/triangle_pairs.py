@@ -79,7 +79,7 @@ def _set_box(points, facets, f, grid, bounds, cells, row):
 
 @kernel
 def _near_chosen(points, facets, chosen, grid):
-    """Return (m,) bool: chosen facets, and facets that share a cell with one."""
+    """Return a mask (m,) of the chosen facets, and of facets that share a grid cell with one."""
     near, (nx, ny, nz) = chosen.copy(), grid.shape
     marked = np.zeros((nx, ny, nz), np.bool_)
     bounds, box = np.empty((1, 6)), np.empty((1, 6), np.int64)
@@ -124,7 +124,10 @@ def _next_layer(points, facets, chosen, grid, layer, count, i, entering):
 
 @lean_kernel
 def _fill(cells, count, width, start):
-    """Set start[c] to the end of the rows of cell c, in a layer `width` cells wide; return their number."""
+    """Set start[c] to where the rows of cell c will end; return the number of entries in all cells.
+
+    A row is a facet of the layer with its first and last cells; a layer is `width` cells wide.
+    """
     start[:] = 0
     for row in range(count):
         for j in range(cells[row, 1], cells[row, 4] + 1):
@@ -147,7 +150,7 @@ def _place(cells, count, width, start, items):
 
 @lean_kernel
 def _bounds_meet_in_cell(layer, f, g, i, j, k):
-    """Return whether two rows' bounds meet and the lower corner of their common part is in this cell.
+    """Return whether the bounds of facets in rows f and g meet and their common part begins in this cell.
 
     Each pair is thus found in one cell only.
     """

@@ -52,7 +52,8 @@ def _height(points, origin, normal, length, contact, x):
 def _clear(size, normal):
     """Return the square of (height times normal's length) above which a point is clearly out of contact.
 
-    It is inf where the triangle with this normal may be flat; size: as from `_squared_size`.
+    The height is over the triangle's plane. The result is inf where the triangle with this normal may be
+    flat; size: as from `_squared_size`.
     """
     square = _dot(normal, normal)
     if square <= (2.0 * FLAT * size) ** 2:
@@ -80,7 +81,10 @@ def _cross_2d(points, o, a, b, i, j):
 
 @lean_kernel
 def _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact):
-    """Return whether the line of an edge of triangle a has all of triangle b strictly on its outside."""
+    """Return whether an edge line of triangle a has all of triangle b, in one plane, strictly outside.
+
+    i, j: axes of the projection; contact: distance up to which points are on the line.
+    """
     turn = 1.0 if _cross_2d(points, a0, a1, a2, i, j) > 0.0 else -1.0
     for p, q in ((a0, a1), (a1, a2), (a2, a0)):
         length = np.hypot(points[q, i] - points[p, i], points[q, j] - points[p, j])

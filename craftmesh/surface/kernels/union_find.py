@@ -7,7 +7,9 @@ from craftmesh.jit import kernel, lean_kernel
 
 @lean_kernel
 def root_of(parent, element):
-    """Return the root of an element, which is its own parent; the path to it is shortened.
+    """Return the root of an element: the element of its piece that is its own parent.
+
+    The path to the root is shortened in place.
 
     parent (n,): for each element, another element of the same piece, or itself.
     """
