@@ -60,7 +60,7 @@ def cut_out(whole: Whole, chosen: np.ndarray, with_crack: bool) -> Part:
 
 
 def tets_of(whole: Whole, part: Part) -> list[GrainTets]:
-    """Return the tets of the part, grain by grain, with ids of the points of its surface."""
+    """Return the tets of a part of a model, grain by grain, with ids of points of the part's surface."""
     number = np.full(len(whole.points), -1)
     number[part.nodes] = np.arange(len(part.nodes))
     return grouped_tets(whole, np.flatnonzero(part.chosen), number)[0]

@@ -10,7 +10,7 @@ from craftmesh.types import TetMesh
 
 
 class NumberMap(NamedTuple):
-    """For each node (n,) and element (m,) of an old mesh its row in a new mesh, -1 if it is gone."""
+    """For each node (n,) and element (m,) of an old mesh the row in a new mesh, -1 if it is gone."""
 
     nodes: np.ndarray
     elements: np.ndarray
@@ -58,7 +58,10 @@ def _numbers(wanted: np.ndarray) -> np.ndarray:
 
 
 def _map(wanted: np.ndarray, number: np.ndarray, count: int) -> np.ndarray:
-    """Return the new number (count,) of each old one; wanted (k,): the old number of each row, or -1."""
+    """Return the new number (count,) of each old one, -1 if it is gone.
+
+    wanted, number (k,): the old number of each new row, or -1, and its new number.
+    """
     result = np.full(count, -1)
     rows = np.flatnonzero(wanted >= 0)[::-1]  # the first of two rows counts
     result[wanted[rows]] = number[rows]

@@ -16,8 +16,8 @@ def put_back(
 ) -> Whole:
     """Return the model with new tets instead of the tets of `part`.
 
-    surface, grain_tets: the body of `part` meshed again, with the same border points (facets of kind
-    BORDER). Tets that stay come first in the result. Raises CraftmeshError if the border has changed.
+    surface, grain_tets: the body of `part` meshed again, with the same points of the border, its facets of
+    kind BORDER. Tets that stay come first in the result. Raises CraftmeshError if the border has changed.
     """
     new = whole_of(surface, grain_tets, sizing)
     ids = len(whole.points) + np.arange(len(new.points))

@@ -26,12 +26,12 @@ BEYOND = 0.5
 
 
 def changed_tets(whole: Whole, crack: Crack, sizing: Sizing) -> np.ndarray:
-    """Return a mask (m,) of the tets to renew for a crack.
+    """Return a mask (m,) of the tets to renew for a crack and target lengths.
 
     Tets near the new part of the crack in the grains, near parts of the old crack that are off the new one,
     and near both fronts are renewed, and tets where the target length has changed; none if all of these are
-    as before. Gaps of up to four RIMs between them are renewed, too, because small pieces that stay leave
-    poor shapes.
+    as before within their tolerances. Gaps of up to four RIMs between them are renewed, too, because
+    small pieces that stay leave poor shapes.
     """
     points, surface = whole.points, whole.surface
     old = surface.facets[surface.kind == CRACK].astype(np.int64)
@@ -68,7 +68,8 @@ def _in_grains(places: np.ndarray, surface: Surface) -> np.ndarray:
 def _fronts_moved(surface: Surface, crack: Crack, l_min: float) -> bool:
     """Return whether the fronts in a surface and those of a crack are farther apart than is promised.
 
-    Points of the crack's fronts may be twice as far off, because edges between nodes may be, too.
+    The promise is PROMISED.front, in l_min. Points of the crack's fronts may be twice as far from the
+    surface's fronts, because edges between nodes may be, too.
     """
     before = front_edges(surface)[:, [0, 1, 1]]
     now = [np.stack([front[:-1], front[1:], front[1:]], axis=1) for front in crack.fronts]
@@ -98,7 +99,10 @@ def samples_of(crack: Crack, spacing: float) -> np.ndarray:
 
 
 def widened(whole: Whole, chosen: np.ndarray, layers: int = RIM) -> np.ndarray:
-    """Return the mask (m,) of the chosen tets and of `layers` of tets around them."""
+    """Return a mask (m,) of the tets in `chosen` (m,), of `layers` of tets around them, and of more.
+
+    Tets that have a crack or void facet in common with these are added, with all tets at such a void.
+    """
     return _closed(whole, layers_around(whole.tets, len(whole.points), chosen, layers))
 
 
@@ -120,7 +124,7 @@ def _with_joined(whole: Whole, changed: np.ndarray, change: np.ndarray) -> np.nd
 
 
 def _closed(whole: Whole, chosen: np.ndarray) -> np.ndarray:
-    """Return the chosen tets (m,) with all that have a facet of the crack or of a void in common with them.
+    """Return a mask (m,) of the chosen tets and of all that have a crack or void facet in common with them.
 
     Voids count as a whole, because their boundaries have to be closed.
     """

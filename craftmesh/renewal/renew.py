@@ -35,7 +35,7 @@ from craftmesh.voxels.islands import Island
 
 @dataclass(frozen=True)
 class StageOptions:
-    """The options of the stages that make a mesh, and of the renewal."""
+    """The options of the stages that make a mesh (insert, gradate, tetrahedralize), and of the renewal."""
 
     renew: RenewOptions = field(default_factory=RenewOptions)
     insert: InsertOptions = field(default_factory=InsertOptions)
@@ -127,7 +127,11 @@ def mesh_from_scratch(
     workers: int,
     progress: Callable[[float, str], None],
 ) -> tuple[TetMesh, dict[str, Any], tuple[str, ...]]:
-    """Return the 4-node mesh of a crack in a surface without a crack, a report, and warnings."""
+    """Return the 4-node mesh of a crack in a surface, a report, and warnings.
+
+    surface: grains without the crack. The report is that of `assemble`, with `meshing`, the record of the
+    grains.
+    """
     cut, _ = insert_crack(surface, crack, sizing, options.insert, progress)
     fitted, _ = gradate(cut, sizing, options.gradate, progress, crack=crack)
     volume, _ = mesh_volume(fitted, sizing, options.tetrahedralize, islands, workers, progress)
@@ -188,7 +192,11 @@ def _filled(
     cell: float,
     workers: int,
 ) -> Whole:
-    """Return the model with new tets, not optimised yet, instead of the chosen tets (m,)."""
+    """Return the model with new tets, not optimised yet, instead of the chosen tets, a mask (m,).
+
+    surface: grains without the crack, for their volumes. Raises CraftmeshError if the crack in the part is
+    farther off the given one than is promised, or if a grain cannot be meshed.
+    """
     part = cut_out(whole, chosen, with_crack=False)
     old = whole.surface.facets[whole.surface.kind == CRACK]
     known = whole.surface.points[np.unique(old)]
@@ -211,7 +219,10 @@ def _filled(
 
 
 def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> None:
-    """Raise CraftmeshError for poor new tets, and for grains of another volume than in `surface`."""
+    """Raise CraftmeshError for poor or flat new tets, and for grains of another volume than in `surface`.
+
+    A volume may differ by the fraction options.gradate.volume_tolerance.
+    """
     measures = shape_measures(renewed.points, renewed.tets[renewed.origin < 0])
     poor = int((is_poor(measures) | is_flat(measures)).sum())
     if poor:
@@ -230,5 +241,5 @@ def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> N
 
 
 def _volumes(surface: Surface) -> dict[int, float]:
-    """Return the volumes of grains k and voids -k."""
+    """Return the volume of each grain k and void k, the latter with key -k."""
     return side_volumes(surface.points, surface.facets, surface.sides)

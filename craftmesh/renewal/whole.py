@@ -23,8 +23,8 @@ class Whole:
     """Tetrahedra of all grains on common nodes. The crack is closed.
 
     surface: the boundaries of the grains and the crack; points (n, 3): the points of the surface come
-    first; lengths (n,): target edge length at each node when it was made; tets (m, 4) and their grain (m,);
-    origin (m,): row of the tet in the mesh before, -1 for new tets.
+    first; lengths (n,): target edge length at each node when the node was made; tets (m, 4) and their grain
+    (m,); origin (m,): row of the tet in the mesh before, -1 for new tets.
     """
 
     surface: Surface
@@ -101,7 +101,7 @@ def with_surface_first(
 
 
 def grain_tets_of(whole: Whole) -> tuple[list[GrainTets], np.ndarray]:
-    """Return the tets grain by grain, by ascending id, and the rows (m,) of `whole` in that order."""
+    """Return the tets grain by grain, by ascending id, and the rows (m,) of whole.tets in that order."""
     number = np.full(len(whole.points), -1)
     number[: len(whole.surface.points)] = np.arange(len(whole.surface.points))
     return grouped_tets(whole, np.arange(len(whole.tets)), number)
@@ -126,7 +126,8 @@ def grouped_tets(whole: Whole, rows: np.ndarray, number: np.ndarray) -> tuple[li
 def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: np.ndarray) -> np.ndarray:
     """Return the grains (k, 2) behind and ahead of each crack facet.
 
-    ahead, behind (k,): half faces on the lips A and B. Raises CraftmeshError if they do not pair up.
+    ahead, behind (k,): half faces of the tets on lip A and on lip B. Raises CraftmeshError if they do not
+    pair up.
     """
     groups = group_triples(half_face_corners(tets, np.concatenate([ahead, behind])))
     if not (groups.count == 2).all():
@@ -138,7 +139,7 @@ def _lip_sides(tets: np.ndarray, grain: np.ndarray, ahead: np.ndarray, behind: n
 
 
 def _between_grains(tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> np.ndarray:
-    """Return the pairs (p, 2) of half faces that elements of two grains share, without those in `lips`.
+    """Return the pairs (p, 2) of half faces between elements of two grains, without half faces in `lips`.
 
     Only faces whose three nodes all have elements of several grains are compared, which saves time.
     """
