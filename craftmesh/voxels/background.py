@@ -90,10 +90,11 @@ def _unlike_a_grain(labels: np.ndarray) -> str:
 
 
 def _straightness(labels: np.ndarray) -> float:
-    """Return the mean fraction of label 0 around its edges, divided by that around its faces.
+    """Return the mean fraction of label 0 around its edges, divided by the mean fraction around its faces.
 
     Cubes of 2 x 2 x 2 voxels that contain 0 are edges with two or more other labels, faces with one. The
-    fraction is that in the 4 x 4 x 4 voxels around a cube. NaN if 0 has no edges or no faces.
+    fraction is the share of voxels of label 0 in the 4 x 4 x 4 voxels around a cube. NaN if 0 has no edges
+    or no faces.
     """
     is_zero, cubes = labels == 0, (slice(1, None),) * 3
     least = scipy.ndimage.minimum_filter(np.where(is_zero, labels.max() + 1, labels), 2)[cubes]
@@ -137,7 +138,7 @@ def surrounds(labels: np.ndarray, pieces: Pieces) -> bool:
 
 
 def lies_in_specks(pieces: Pieces, least: int) -> bool:
-    """Return True if 0, and no other label, has most voxels in pieces of fewer than `least` voxels."""
+    """Return True if label 0, and no other, has most of its voxels in pieces under `least` voxels."""
     voxels = pieces.voxels[pieces.label == 0]
     in_specks = 2 * voxels[voxels < least].sum() > voxels.sum()
     return bool(in_specks) and not dispersed(pieces, least).any()

@@ -83,7 +83,11 @@ def clean(
 
 
 def _rough(roughness: float, pieces: Pieces, options: CleanOptions) -> list[str]:
-    """Return the advice to smooth, if boundaries are rough and no grain is mostly specks; else []."""
+    """Return a list with the advice to smooth, if boundaries are rough, or [].
+
+    It is [] also if smoothing is on, or if a grain consists mostly of specks, pieces under SPECK voxels.
+    roughness: fraction of the boundaries' area that smoothing removes.
+    """
     if roughness <= ROUGH or options.smoothing_rounds or (dispersed(pieces, SPECK) > 0).any():
         return []
     return [
@@ -93,7 +97,11 @@ def _rough(roughness: float, pieces: Pieces, options: CleanOptions) -> list[str]
 
 
 def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict, list[str]]:
-    """Return labels with unindexed voxels filled and voids numbered, counts for the report, sentences."""
+    """Return labels with unindexed voxels filled and voids numbered, counts for the report, and sentences.
+
+    The sentences tell what was filled and what stays empty. Raises CraftmeshError if there are unindexed
+    voxels but options.fill_unindexed is not set.
+    """
     unindexed = int(raw.unindexed.sum())
     if unindexed and not options.fill_unindexed:
         raise CraftmeshError(
@@ -115,7 +123,7 @@ def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict, li
 
 
 def _voids(before: np.ndarray, after: np.ndarray) -> list[str]:
-    """Return a sentence in a list on the voids and the outside in labels `after`; [] if there are none.
+    """Return a list of one sentence on the voids and the outside in labels `after`; [] if there are none.
 
     before: the labels before `number_voids`, with the declared voids.
     """
@@ -229,7 +237,10 @@ def _absorption(pieces: Pieces, new_label: np.ndarray, options: CleanOptions) ->
 
 
 def _emptied(pieces: Pieces, new_label: np.ndarray) -> str:
-    """Return in words which labels are completely absorbed, the largest first, and by which labels."""
+    """Return in words which labels are completely absorbed, the largest first, and by which labels.
+
+    new_label (p,): label of each piece after absorption.
+    """
     gone = np.setdiff1d(pieces.label, new_label)
     of = {int(label): np.flatnonzero(pieces.label == label) for label in gone}
     order = sorted(of, key=lambda label: (-int(pieces.voxels[of[label]].sum()), label))

@@ -86,8 +86,9 @@ def orientation_table(
 def quaternions_of_voxels(
     path: str | os.PathLike, given: Mapping[str, Rotations], unit: str = ""
 ) -> np.ndarray:
-    """Return the quaternions (nx, ny, nz, 4) of voxels; given, unit: as in `orientation_table`.
+    """Return the quaternions (nx, ny, nz, 4) of voxels.
 
+    given: the file's orientations by name; unit: the user's unit of Euler angles, "" to use the file's.
     Raises CraftmeshError if the file has no orientations of voxels.
     """
     for name, rotations in given.items():
@@ -121,7 +122,8 @@ def _quaternions(
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return quaternions (n, 4) of one array, by id or by voxel, and notes on its unit.
 
-    name: the array's; unit: as in `orientation_table`; shape: numbers of voxels along x, y, z.
+    name: the array's name in the file; unit: DEGREES, RADIANS or "" to use the file's; shape: numbers of
+    voxels along x, y, z.
     """
     width, convert = _TO_QUATERNIONS[rotations.kind]
     values = as_numbers(f"{path}: {name}", rotations.values)

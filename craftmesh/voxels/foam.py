@@ -55,7 +55,10 @@ def largest_piece(material: np.ndarray) -> np.ndarray:
 
 
 def _foreign_cells(cells: np.ndarray) -> np.ndarray:
-    """Return for each voxel (nx, ny, nz) the number int8 of other cells among its six face neighbours."""
+    """Return for each voxel (nx, ny, nz) the number, int8, of other cells among its six face neighbours.
+
+    cells: the pore of each voxel.
+    """
     padded = np.pad(cells, 1, mode="edge")
     count = np.zeros(cells.shape, np.int8)
     seen = [cells]

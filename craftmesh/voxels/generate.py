@@ -137,7 +137,9 @@ def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
 
 
 def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
-    """Embed balls in the grains with most space, in place: first single grains, then balls of two halves.
+    """Embed balls, as grains with new ids, in the grains with most space; changes `labels` in place.
+
+    First come single grains, then balls of two halves, each half a grain.
 
     Raise CraftmeshError if a ball would be smaller than SMALLEST_RADIUS or there are too few grains.
     """
@@ -184,7 +186,7 @@ def _foam(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
 def _put_voids(
     labels: np.ndarray, options: GenerateOptions, spheres: np.ndarray, rng: np.random.Generator
 ) -> None:
-    """Carve random voids, then the given spheres (v, 4); in place.
+    """Carve random voids, then the given spheres (v, 4), from `labels`, in place.
 
     Material that crossing voids separate from the largest piece becomes outside.
     """
@@ -218,7 +220,11 @@ def _carve(labels: np.ndarray, balls: np.ndarray, options: GenerateOptions, firs
 def _carve_apart(
     labels: np.ndarray, radii: np.ndarray, options: GenerateOptions, rng: np.random.Generator
 ) -> None:
-    """Carve balls of `radii` at random centres, _CLEARANCE from box, outside, voids and embedded grains."""
+    """Carve voids, balls of `radii`, at random centres; changes `labels` in place.
+
+    They keep _CLEARANCE voxels from the box, the outside, other voids and embedded grains. Raise
+    CraftmeshError if a void finds no place in _TRIALS trials.
+    """
     spacing = np.array(options.spacing)
     for void, radius in enumerate(radii, start=1):
         margin = radius + _CLEARANCE * spacing

@@ -113,7 +113,7 @@ def islands_from_json(content: dict, place: str) -> tuple[Island, ...]:
 
 
 def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:
-    """Yield (host piece, enclosed pieces) for each region that one piece separates from the outside.
+    """Yield (host piece, enclosed pieces) for each region that one piece, the host, separates from outside.
 
     Such regions are the biconnected components of the graph of pieces that share faces. All paths from the
     outside into a component go through its host, so the host is its piece nearest to the outside.
@@ -134,9 +134,9 @@ def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:
 def _seed(of: np.ndarray, piece: int, window: tuple, voxels: Voxels) -> np.ndarray:
     """Return the point (3,) of a piece farthest from its boundary, in model coordinates.
 
-    of: piece of each voxel; window: slices around the piece. If several voxels are equally far, the point
-    is their mean if that lies in one of them, else the centre of the voxel nearest to the mean. The centre
-    of a 2 x 2 x 2 void is safer than the centre of one of its voxels.
+    of (nx, ny, nz): piece of each voxel; window: slices around the piece. If several voxels are equally
+    far, the point is their mean if that lies in one of them, else the centre of the voxel nearest to the
+    mean. The centre of a 2 x 2 x 2 void is safer than the centre of one of its voxels.
     """
     inside = np.pad(of[window] == piece, 1)
     distance = scipy.ndimage.distance_transform_edt(inside, sampling=voxels.spacing)

@@ -24,13 +24,14 @@ class Mouth(NamedTuple):
 
 
 def find_mouth(body: np.ndarray, spacing: np.ndarray, radius: float, least: float) -> Mouth:
-    """Return the mouth of a crack of at most `radius` in a body, a mask (nx, ny, nz) of its bounding box.
+    """Return the mouth, the place where a crack enters, of a crack of at most `radius` in a body.
 
-    On each line of voxels into the box, the body begins at some depth. The excess of this depth over the
-    smallest depths on either side, along the crack's normal, is the notch; below `least` it is roughness
-    and counts as 0. A crack's radius is at most half the material ahead, and the distance to the box faces
-    at the line's sides. The line with the largest (crack radius) x (notch + `radius`) is chosen, the middle
-    one of equals.
+    body: mask (nx, ny, nz) of its voxels in its bounding box; least: smallest depth of a notch. On each
+    line of voxels into the box, the body begins at some depth. The excess of this depth over the smallest
+    depths on either side, along the crack's normal, is the notch; below `least` it is roughness and counts
+    as 0. A crack's radius is at most half the material ahead, and the distance to the box faces at the
+    line's sides. The line with the largest (crack radius) x (notch + `radius`) is chosen, the middle one of
+    equals.
     """
     best, found = 0.0, None
     for normal, inward in _AXES:

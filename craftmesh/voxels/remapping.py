@@ -58,7 +58,11 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Renaming:
-    """New labels. remap: label in the file -> grain > 0, void < 0 or 0; unindexed: labels without grain."""
+    """New labels of a file's labels.
+
+    remap: label in the file -> new label, a grain > 0, a void < 0 or 0; unindexed: the file's labels for
+    voxels whose grain is unknown.
+    """
 
     remap: dict[int, int]
     unindexed: tuple[int, ...]
@@ -133,7 +137,7 @@ def refuse_scattered(path: str | os.PathLike, name: str, labels: np.ndarray) -> 
 
 
 def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renaming:
-    """Return the new labels of a file's sorted ids (k,): grains keep theirs, or get + 1 if 0 is a grain.
+    """Return the new labels of a file's sorted ids (k,): grains keep their ids, or get + 1 if 0 is a grain.
 
     Raises CraftmeshError for a void label that does not occur, and for negative ids that are not declared.
     """
@@ -216,7 +220,7 @@ def phase_table(
 
 
 def by_grain(path: str | os.PathLike, table: np.ndarray | None, remap: dict[int, int]) -> np.ndarray | None:
-    """Return a table whose row = id in the file as one with row = grain.
+    """Return a table with one row per id in the file as a table with row = grain; None if there is none.
 
     Rows without an entry are NaN, or 0 in integer tables. remap: label in the file -> label. Raises
     CraftmeshError if the ids of the grains are too large for a table.

@@ -95,7 +95,7 @@ class _Grid:
         return np.array([self.shape[1] * self.shape[2], self.shape[2], 1], np.int64)
 
     def _core(self, axis: int, low: int, high: int) -> np.ndarray:
-        """Return the unpadded voxels, with the ends of their window on `axis` moved by `low` and `high`."""
+        """Return the unpadded voxels, with the window's ends on `axis` moved by `low` and `high` voxels."""
         window = [slice(r, -r) for r in self.rim]
         window[axis] = slice(self.rim[axis] + low, self.shape[axis] - self.rim[axis] + high)
         return self.padded.reshape(self.shape)[tuple(window)]
@@ -105,7 +105,7 @@ class _Grid:
         return np.where(code >= 0, self.ids[np.maximum(code, 0)], before).astype(np.int32)
 
     def boundary_area(self, spacing: np.ndarray) -> float:
-        """Return the total area of voxel faces between grains."""
+        """Return the total area of voxel faces between grains, without voids, outside and box faces."""
         area = 0.0
         for axis in range(3):
             a, b = self._core(axis, 0, -1), self._core(axis, 1, 0)
@@ -114,7 +114,11 @@ class _Grid:
         return area
 
     def contacts(self) -> tuple[np.ndarray, int]:
-        """Return sorted keys of pairs of labels that share faces, and `count`, both for `exchange`."""
+        """Return sorted keys of pairs of codes (grains, voids, ...) that share voxel faces, and `count`.
+
+        count, more than the largest code, is needed to make such keys (`contact_key`). Both go to
+        `exchange`.
+        """
         count = int(np.abs(self.padded).max()) + 1
         keys = []
         for axis in range(3):
@@ -163,7 +167,7 @@ def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 class _Flow:
-    """The curvature flow on a grid, whose voxels it changes."""
+    """The curvature flow on a grid: its state (volumes, prices, contacts); it changes the grid's voxels."""
 
     def __init__(self, grid: _Grid):
         self.grid = grid
@@ -174,7 +178,7 @@ class _Flow:
         self.mark = np.zeros(len(grid.padded), np.int32)
 
     def round(self) -> None:
-        """Run one iteration: blur, and exchange voxels until each volume is near that at the start.
+        """Run one iteration: blur, and exchange voxels until each grain's volume is near its start value.
 
         Near means within VOLUME_TOLERANCE; after SWEEPS passes, volumes may be farther off.
         """

@@ -16,8 +16,8 @@ SPECK, SPECK_SHARE = 27, 0.1
 class Pieces:
     """The pieces of a volume, numbered from 0 in scan order of their first voxels.
 
-    of (nx, ny, nz) int64: piece of each voxel; label (p,) int64: of each piece; voxels (p,) int64: number
-    in each piece; touches_box: mask (p,).
+    of (nx, ny, nz) int64: piece of each voxel; label (p,) int64: label of each piece; voxels (p,) int64:
+    number of voxels in each piece; touches_box (p,): mask of pieces at the box's faces.
     """
 
     of: np.ndarray
@@ -68,7 +68,7 @@ def median_grain(labels: np.ndarray) -> float:
 
 
 def speck_size(labels: np.ndarray) -> int:
-    """Return the size in voxels below which a piece in labels (nx, ny, nz) is a speck."""
+    """Return the size in voxels below which a piece of labels (nx, ny, nz) is a speck, at most SPECK."""
     return int(min(SPECK, SPECK_SHARE * median_grain(labels)))
 
 
@@ -121,7 +121,10 @@ class _Merging:
         return piece
 
     def absorb(self, piece: int) -> int | None:
-        """Merge a root piece with its best neighbour; return the merged root, None without neighbours."""
+        """Merge a root piece into the neighbour label with most faces; return the merged root.
+
+        Grains come before voids and the outside. None without neighbours.
+        """
         shared: dict[int, int] = {}
         for other, faces in self.faces[piece].items():
             shared[self.label[other]] = shared.get(self.label[other], 0) + faces
