@@ -74,7 +74,10 @@ def flags_of(
 
 
 def _at_interface(mesh: TetMesh, front: Front, material: np.ndarray) -> np.ndarray:
-    """Return a mask (k,) of corner nodes at a front edge that elements of several materials surround."""
+    """Return a mask (k,) of a front's corner nodes at an edge that elements of several materials surround.
+
+    material (m,): a number per element, equal for equal materials.
+    """
     tails = front.corners if front.closed else front.corners[:-1]
     heads = np.roll(front.corners, -1)[: len(tails)]
     between = edges_between_materials(mesh, tails, heads, material)
@@ -156,11 +159,12 @@ def errors(
 
 
 def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -> np.ndarray:
-    """Return the difference (n,) of the roots of J and G, over the front's largest root of G.
+    """Return the absolute difference (n,) of the roots of J and G, over the front's largest root of G.
 
-    has_j (n,): mask of nodes whose tube holds one material; J has no term for a change of material. even
-    (n,): mask of nodes in isotropic grains; in crystals J varies with their axes faster than its splines
-    can. Nodes outside either mask get the median over the nodes in has_j; all get 0 if has_j is empty.
+    j: J at the nodes; g: the energy release rate that follows from K. has_j (n,): mask of nodes whose tube
+    holds one material; J has no term for a change of material. even (n,): mask of nodes in isotropic
+    grains; in crystals J varies with their axes faster than its splines can. Nodes outside either mask get
+    the median over the nodes in has_j; all get 0 if has_j is empty.
     """
     root = np.sqrt(np.maximum(g, 0))
     off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)
@@ -173,9 +177,10 @@ def _changes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return half the jump (c,) of the lips' opening at changes of material, and distances (c, n) to them.
 
-    The jump is converted to the unit of K: divided by the opening and multiplied by the largest K there.
-    It is taken of the opening, because K itself may jump with the stiffness. Distances are along the front
-    from its n nodes, in local edge lengths.
+    one_sided: K and opening (2, 6) at both ends of each segment. The jump is converted to the unit of K:
+    divided by the opening and multiplied by the largest K there. It is taken of the opening, because K
+    itself may jump with the stiffness. Distances are along the front from its n nodes, in local edge
+    lengths.
     """
     changes = range(len(segments.start)) if segments.closed else range(1, len(segments.start))
     kept = [] if segments.is_ring else list(changes)

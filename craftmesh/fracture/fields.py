@@ -38,7 +38,7 @@ def fields_at(
     place: np.ndarray,
     side: np.ndarray,
 ) -> PointFields:
-    """Return the fields of a segment's crystal at places (p, 3).
+    """Return the near fields of the crystal of segment number `segment` at places (p, 3).
 
     s (p,) and frames: arc length and frames of the nearest points on the front; side (p,): 1 for points on
     the side of lip A, whose theta is within pi of pi / 2, and -1 on the side of lip B.

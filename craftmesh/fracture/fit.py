@@ -61,13 +61,13 @@ class FrontLine:
     closed: bool
 
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the arc lengths (e,) at which the edges begin, and those at which they end."""
+        """Return the arc lengths (e,) at which the front's edges begin, and the ones at which they end."""
         if self.closed:
             return self.s, np.append(self.s[1:], self.total)
         return self.s[:-1], self.s[1:]
 
     def along(self, values: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Return values (k,) of the nodes, interpolated linearly at s (m,)."""
+        """Return the nodes' `values` (k,), interpolated linearly at arc lengths s (m,)."""
         return np.interp(s, self.s, values, period=self.total if self.closed else None)
 
     def near(self, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -120,28 +120,29 @@ class Fitted:
     coefficients: np.ndarray
 
     def at(self, offset: np.ndarray) -> np.ndarray:
-        """Return the values (k, c) at offsets (k,)."""
+        """Return the c values (k, c) at offsets (k,), arc lengths from the segment's start."""
         if self.basis is None:
             return np.repeat(self.coefficients, len(offset), axis=0)
         return self.basis.design(offset) @ self.coefficients
 
     def slopes(self, offset: np.ndarray) -> np.ndarray:
-        """Return the values' derivatives (k, c) at offsets (k,)."""
+        """Return the derivatives (k, c) of the c values by arc length at offsets (k,)."""
         if self.basis is None:
             return np.zeros((len(offset), self.coefficients.shape[1]))
         return self.basis.pieces(self.coefficients)(offset, 1)
 
 
 def falloff(distance: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return the decrease of q away from the front at nodes (n,), from 1 to 0.
+    """Return the factor (n,) by which q, the virtual extension, falls away from the front, from 1 to 0.
 
-    It is 1 up to a distance (n,) of PLATEAU times the tube's radius (n,), then falls linearly to 0 there.
+    The factor is 1 up to a distance (n,) of PLATEAU times the tube's radius (n,), then falls linearly to 0
+    there.
     """
     return np.clip((1 - distance / radius) / (1 - PLATEAU), 0, 1)
 
 
 def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
-    """Return a hat at each corner node inside a segment; the hats end where the material changes.
+    """Return a hat function at each corner node inside a segment; hats end where the material changes.
 
     At the ends of an open front there are hats too, which keep 1 beyond the end. A segment without a corner
     inside gets one hat over its length.
@@ -168,10 +169,11 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
 def fit_segment(
     line: FrontLine, segments: Segments, segment: int, s: np.ndarray, weights: np.ndarray, knots: float
 ) -> Fitted:
-    """Return c values along a segment, whose integrals with the hats fit the nodes' contributions.
+    """Return c values along a segment, whose integrals with the hat functions fit the given ones.
 
-    The fit is by least squares. s (n,): arc lengths of the segment's nodes; weights (n, c): their
-    contributions to the integrals times `falloff`; knots: length of the spline pieces in local sizes.
+    The given integrals are sums of the nodes' contributions, weighted by the hat functions. The fit is by
+    least squares. s (n,): arc lengths of the segment's nodes; weights (n, c): their contributions to the
+    integrals times `falloff`; knots: length of the spline pieces in local sizes.
     """
     tests = tests_on(line, segments, segment)
     integrals = tests.values(segments.offset(segment, s)) @ weights
@@ -186,7 +188,7 @@ def fit_segment(
 
 
 def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: float) -> CubicBasis:
-    """Return the B-splines of a segment over offsets from its start.
+    """Return the B-splines of a segment over offsets, arc lengths from its start.
 
     knots: length of the pieces in local sizes; pieces are longer in crystals and shorter at sharp bends.
     """
@@ -205,7 +207,7 @@ def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: floa
 def _gauss_on_edges(
     line: FrontLine, segments: Segments, segment: int, tests: Tests
 ) -> tuple[np.ndarray, csr_array]:
-    """Return offsets (g,) of Gauss points on the segment's edges, and values (k, g) of k hats there.
+    """Return offsets (g,) of Gauss points on the segment's edges, and values (k, g) of the hats there.
 
     The values are multiplied by the weights of the Gauss points. On each edge a hat is replaced by the
     quadratic through its values at both ends and the middle, as the shape functions do with q in the mesh.

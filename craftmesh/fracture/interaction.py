@@ -68,7 +68,10 @@ class Local(NamedTuple):
 
 
 def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np.ndarray:
-    """Return each tube node's contributions (n, ROWS) to the integrals, with q along its binormal."""
+    """Return each tube node's contributions (n, ROWS) to the integrals of K, T and J.
+
+    q, the virtual extension, is along the binormal at the node's nearest point on the front.
+    """
     weights = np.zeros((len(tube.nodes), ROWS))
     for segment in range(len(stations.start)):
         own = tube.segment[tube.tets] == segment
@@ -104,7 +107,10 @@ def _points(
 def _local(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, points: Points, side: np.ndarray
 ) -> Local:
-    """Return the quantities of the integrands at points; side (p,): 1 for the side of lip A, -1 for B."""
+    """Return the quantities of the integrands at integration points, in their local axes.
+
+    side (p,): 1 on the side of lip A, -1 on the side of lip B.
+    """
     s = curve.nearest(points.place, points.guess)
     frames = curve.moving_frames(s)
     fields = fields_at(stations, segment, s, frames, points.place, side)
@@ -153,7 +159,7 @@ def _of_elements(
 
 
 def _energies(at: Local) -> np.ndarray:
-    """Return s' : e, the interaction energy with each field, and last the elastic energy: (p, ROWS)."""
+    """Return energy densities (p, ROWS): s' : e, the interaction with each field, and the elastic one."""
     shared = at.stress.reshape(-1, MODES, 9) @ at.gradient.reshape(-1, 9, 1)
     return np.column_stack([shared[:, :, 0], at.energy])
 

@@ -62,9 +62,9 @@ def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray 
 def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTractions:
     """Return the tractions of contact on both lips of a 10-node mesh.
 
-    contact (n, 3): forces by which touching lips push each other apart; None: no tractions. The pressure is
-    linear on each facet and continuous. Its work in displacements by the shape functions fits the work of
-    the forces.
+    contact (n, 3): nodal forces by which touching lips push each other apart; None: no tractions. The
+    pressure is linear on each facet and continuous. Its work in displacements by the shape functions fits
+    the work of the forces.
     """
     if contact is None or not contact.any():
         return NO_TRACTIONS
@@ -102,7 +102,8 @@ def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
 def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     """Return the pressures (f, 3) at the corners of facets that fit given forces between the lips.
 
-    push (p,): forces by which pairs of opposite nodes push apart.
+    push (p,): force by which the nodes of each pair, opposite each other on the lips, push apart. The
+    pressures are fitted by least squares, and bends of the pressure are held small.
     """
     corners = face_nodes(mesh.tets[:, :4], pairs.faces[0])
     # one unknown per pair of nodes, because a node is on several lips where cracks cross, or per front node
@@ -148,9 +149,9 @@ def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
 
 
 def _works(mesh: TetMesh, pairs: LipPairs) -> np.ndarray:
-    """Return the integrals (f, 6, 3), over facets of lip A, of shape functions times corner coordinates.
+    """Return the integrals (f, 6, 3), over facets of lip A, of 6 shape functions times 3 hat functions.
 
-    The latter are the barycentric coordinates, linear functions that are 1 at one corner.
+    The hat functions are the barycentric coordinates, linear functions that are 1 at one corner.
     """
     nodes = mesh.points[face_nodes(mesh.tets, pairs.faces[0])]
     at = face_points(nodes)

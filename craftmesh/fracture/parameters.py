@@ -190,7 +190,11 @@ def _along(
     radius: np.ndarray,
     knots: float,
 ) -> list[Fitted]:
-    """Return the fitted integrals of each segment, in a tube of radius (k,) at the front's nodes."""
+    """Return the integrals of each segment, fitted along it, in a tube of radius (k,) at the front's nodes.
+
+    weights (n, c): the tube nodes' contributions to the c integrals; knots: length of the spline pieces in
+    local sizes.
+    """
     weights = weights * falloff(tube.distance, line.along(radius, tube.s))[:, None]
     found = []
     for segment in range(len(segments.start)):
@@ -207,9 +211,10 @@ def _at_nodes(
     fitted: list[Fitted],
     moved: list[Fitted],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list]:
-    """Return K (k, 3), T, J, G (k,) at the front's nodes, and K with opening (2, 6) at each segment's ends.
+    """Return K (k, 3), T, J and G, each (k,), at the front's nodes, and a list with values at segment ends.
 
-    At a node between two segments, values are the mean of both.
+    The list has for each segment K and the lips' opening at its start and end, (2, 6). G is the energy
+    release rate that follows from K. At a node between two segments, values are the mean of both.
     """
     count = len(line.s)
     total, times, one_sided = np.zeros((count, 6)), np.zeros(count), []
@@ -227,10 +232,10 @@ def _at_nodes(
 def _values(
     stations: Stations, segment: int, curve: FrontCurve, fit: Fitted, moved: Fitted, offset: np.ndarray
 ) -> np.ndarray:
-    """Return K_I, K_II, K_III, T, J, G and the lips' opening (k, 9) at offsets (k,) in a segment.
+    """Return columns (k, 9) of K_I, K_II, K_III, T, J, G and the opening at offsets (k,) in a segment.
 
-    fit: fitted integrals; moved: fitted displacements. The opening is L^-1 K, the factor of the root of r
-    in the crack opening displacement up to a constant, along binormal, normal and tangent.
+    fit: fitted integrals; moved: fitted displacements. The opening, three columns, is L^-1 K, the factor of
+    the root of r in the crack opening displacement up to a constant, along binormal, normal and tangent.
     """
     s = stations.start[segment] + offset
     opening, stiffness = stations.at(segment, s)

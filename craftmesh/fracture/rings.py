@@ -47,7 +47,7 @@ class FrontRings(NamedTuple):
     largest_opening: float
 
     def figures(self) -> dict[str, float]:
-        """Return the numbers by name: opening, largest opening, and J of each ring that has room."""
+        """Return the numbers by name: the lips' mean and largest opening, J of each ring with room."""
         rings = {f"J {inner:g} to {outer:g} edges off": J for (inner, outer), J in zip(RINGS, self.J)}
         known = {name: J for name, J in rings.items() if np.isfinite(J)}
         return {"opening": self.opening, "largest opening": self.largest_opening} | known

@@ -43,7 +43,7 @@ class Segments:
         return self.closed and len(self.start) == 1
 
     def offset(self, segment: int, s: np.ndarray) -> np.ndarray:
-        """Return the offset (k,) of s (k,) from the segment's start.
+        """Return the offset (k,), in arc length, of s (k,) from the segment's start.
 
         On a closed front, positions in the first half of the rest behind the segment have offsets over its
         length, positions in the second half negative offsets.
@@ -170,7 +170,7 @@ def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
 
 
 def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np.ndarray) -> int:
-    """Return the number of stations of a segment, such that the axes turn by about TURN between them.
+    """Return the number of a segment's stations, so that the axes turn by about TURN between them.
 
     It is at least 2, and 2 in isotropic materials, whose fields do not depend on the axes.
     """

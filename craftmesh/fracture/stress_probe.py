@@ -41,7 +41,7 @@ def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple
 
 
 def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stresses (k, 3, 3) at positions (k, 3), and their distances (k,) from their elements.
+    """Return stresses (k, 3, 3) at positions (k, 3), and how far (k,) these lie outside their elements.
 
     The element of a position is the first by distance of centres that contains it, or of the TRIED nearest
     the one that misses it least. Distances are in barycentric coordinates, 0 inside.
@@ -80,7 +80,7 @@ def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _largest(angles: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles (k,) in degrees and the values (k,) of the largest stress in `pull` (k, a).
+    """Return the angle (k,) in degrees and the value (k,) of the largest stress in rows of `pull` (k, a).
 
     The stresses at angles (a,) are first fitted by smooth terms, because they jump between elements; the
     terms are those of the first three powers of r in Williams' series. NaN if too few are finite.

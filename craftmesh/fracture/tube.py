@@ -112,7 +112,7 @@ class Tube:
 
 
 def _constants(of: Tube | Segments) -> np.ndarray:
-    """Return the constants (k, 45), stiffness and eigenstrain, of a tube's grains or of segments."""
+    """Return the constants (k, 45), of stiffness and eigenstrain, of a tube's grains or of segments."""
     count = len(of.stiffness)
     return np.hstack([of.stiffness.reshape(count, -1), of.eigenstrain.reshape(count, -1)])
 
@@ -170,7 +170,7 @@ def _samples(curve: FrontCurve) -> np.ndarray:
 
 
 def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return s (k,), distances (k,) and binormals (k, 3) of the curve's points nearest to points (k, 3)."""
+    """Return arc lengths, distances (k,) and binormals (k, 3) of the curve's points nearest to `points`."""
 
     at = _samples(curve)
     s = curve.nearest(points, at[scipy.spatial.KDTree(curve.frames(at)[0]).query(points)[1]])
