@@ -69,9 +69,15 @@ def own_values(key: str, name: str, known: Sequence[str], count: int, *given: ob
     """Return the `count` finite numbers that the user's function `name` returns for the arguments `given`.
 
     key: the option that names the function; known: built-in values of this option. Raise CraftmeshError if
-    the function cannot be found or returns anything else.
+    the function cannot be found or returns anything else; the function's own exceptions pass.
     """
-    values = np.asarray(import_user_callable(key, name, known)(*given), float)
+    found = import_user_callable(key, name, known)(*given)
+    try:
+        values = np.asarray(found, float)
+    except (TypeError, ValueError):
+        raise CraftmeshError(
+            f"{key} {name} returned {found!r:.60}; expected {count} finite numbers"
+        ) from None
     if values.shape != (count,) or not np.isfinite(values).all():
         raise CraftmeshError(
             f"{key} {name} returned an invalid array of shape {values.shape}; expected {count} finite "

@@ -27,7 +27,7 @@ CRACKS = {
     "at the root": ((7.2, 7.0, 7.2), 3.0, "", ""),
     "in the notch, at the face": ((7.2, 0.0, 7.2), 3.0, "in no material", "the crack lies in no grain"),
     "in the notch": ((7.2, 3.5, 7.2), 2.0, "in no material", "the crack lies in no grain"),
-    "along a face of the box": ((7.2, 0.0, 0.1), 3.0, "0.1 to 0.1 from the box face ZMIN", "ZMIN"),
+    "along a face of the box": ((7.2, 0.0, 0.1), 3.0, "from the box face ZMIN", "ZMIN"),
 }
 
 

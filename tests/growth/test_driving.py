@@ -130,9 +130,11 @@ def test_a_force_of_ones_own_gets_all_that_is_known_of_the_points(monkeypatch):
 
 def test_a_force_that_is_no_force_is_refused(monkeypatch):
     own_module(monkeypatch, short=lambda front, angle: angle[:1], none=lambda front, angle: angle * np.nan)
+    monkeypatch.setattr(sys.modules["own_rule"], "words", lambda front, angle: ["a", "b"], raising=False)
     for name, said in (
         ("own_rule:short", "shape \\(1,\\); expected 2 finite"),
         ("own_rule:none", "expected 2 finite"),
+        ("own_rule:words", "returned \\['a', 'b'\\]; expected 2 finite numbers"),
         ("K_IV", "driving is 'K_IV'; expected one of"),
         ("own_rule:gone", "cannot be loaded"),
     ):

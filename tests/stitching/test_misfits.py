@@ -154,7 +154,7 @@ def test_a_file_of_several_solids_never_is_one_grain(suffix, tmp_path, capsys):
     grains = bricks()
     (tmp_path / "s").mkdir()
     several_solids(tmp_path / "s" / f"all_1{suffix}", {1: grains[1], 8: grains[8]})  # they touch in a point
-    assert f"all_1{suffix}: holds 2 solids" in stitched(tmp_path / "s", capsys)[1]
+    assert f"all_1{suffix}: contains 2 solids" in stitched(tmp_path / "s", capsys)[1]
 
 
 def test_pieces_of_a_grain_and_groups_of_its_patches():

@@ -122,7 +122,7 @@ BY_OTHER_TESTS = {
     "python examples/notebooks/execute.py": (
         "test_notebooks.py::test_a_pyvista_mesh_becomes_a_deck_with_an_open_crack"
     ),
-    "python examples/tutorial/t1.py": "test_tutorial.py::test_each_mesh_is_sound",
+    "python examples/tutorial/t1.py": "test_tutorial_steps.py::test_each_mesh_is_sound",
     "make docs": "test_site.py::test_links_and_pictures_lead_to_files",
     # larger cases take hours: the scripts run on their smallest
     "python benchmarks/gradation.py": f"{BENCHMARKS}::test_gradation_measures_a_gradated_surface",
