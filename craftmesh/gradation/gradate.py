@@ -19,7 +19,6 @@ from craftmesh.gradation.passes import (
     begun,
     collapse_short,
     even_lines,
-    halve_longest,
     relax_all,
     split_long,
     swap_all,
@@ -155,12 +154,15 @@ def _gradated(
 ) -> Gradation:
     """Change `gradation` by options.passes rounds and a final cleaning of poor facets, and return it.
 
-    A round collapses, splits and swaps edges, and makes the spacing along lines equal. From half of the
-    rounds on, vertices inside patches also move towards equal spacing. Volumes are not restored here.
+    Long edges are split before the rounds, whatever the shape of their halves: thin facets have only poor
+    halves, for example on a drawn cylinder or between the front and the middle of a crack. A round
+    collapses, splits and swaps edges, and makes the spacing along lines equal. From half of the rounds on,
+    vertices inside patches also move towards equal spacing. Volumes are not restored here.
     """
     if options.passes:
         swap_poor(gradation, limits)
-    while options.passes and halve_longest(gradation, limits):
+    any_shape = limits._replace(floor=0.0)
+    while options.passes and split_long(gradation, any_shape):
         swap_poor(gradation, limits)
         gradation.set_sizes(sizing)
     for n in range(options.passes):

@@ -31,10 +31,6 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE
 from craftmesh.surface.measure import span_of
 from craftmesh.types import Crack, Surface
 
-# Factor on limits.split: edges over this multiple are split before all rounds, whatever the shape of their
-# halves. With 1.3 to 1.6, long strips of 20 target lengths end with edges of up to 1.7 target lengths; with
-# 2 and 3 edges of 2.5 target lengths remain.
-FAR = 1.6
 # Width of the grid's cells divided by the mean edge length; 1.6 to 3.2 make no notable difference.
 CELL = 2.5
 
@@ -203,15 +199,6 @@ def split_long(gradation: Gradation, limits: Limits) -> int:
     edges, _, ratio = gradation.edges(least=limits.split)
     long = edges.take(block_order(edges[:, 0], -ratio), axis=0)
     return split_all(gradation, "split_edges", limits, long, 1.0)
-
-
-def halve_longest(gradation: Gradation, limits: Limits) -> int:
-    """Split edges over FAR times limits.split, whatever the shape of the halves; return their number.
-
-    Long thin facets, for example on a drawn cylinder, have only poor halves. Later swaps and splits
-    improve these.
-    """
-    return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0))
 
 
 def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, share: float) -> int:
