@@ -80,7 +80,7 @@ def vector_kernel(function: Callable) -> Callable:
 def _compiled(function: Callable, **options: Any) -> Callable:
     # `_nrt` is not documented by numba. It is always given, else a kernel would inherit its caller's value.
     compiled: Any = njit(pipeline_class=KernelCompiler, **options)(function)
-    if compiled is not function:  # which it is under NUMBA_DISABLE_JIT
+    if compiled is not function:  # under NUMBA_DISABLE_JIT, njit returns the function itself
         callee: Any = njit(**NO_WRAPPERS, **options)(function)
         for one in (compiled, callee):
             one._compiler.compile = code_of_callees()(one._compiler.compile)
@@ -92,9 +92,10 @@ def _compiled(function: Callable, **options: Any) -> Callable:
 
 
 def _without_constants(template: Callable) -> Callable:
-    """Return numba's function `template`, which picks a compilation for argument types, without constants.
+    """Return a function that picks a kernel's compilation by argument types, not by values of constants.
 
-    It gets constants as plain integers and booleans, except where that does not compile.
+    template: numba's function for this, which makes a compilation for each constant in a call. Here it gets
+    a constant's type, integer or boolean, except where the kernel then does not compile.
     """
 
     def plain(kind: types.Type) -> types.Type:

@@ -201,6 +201,6 @@ def _refuse(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, count: np.
         )
     if not ((count == 2) & (rows >= 0)).any():
         raise CraftmeshError(
-            f"all {len(facets)} facets lie on the mesh's boundary, which is open; give faces between "
-            "two tetrahedra: merge duplicate nodes, and open a crack only once"
+            f"all {len(facets)} facets lie on the mesh's boundary, with a tetrahedron on one side only; "
+            "give faces between two tetrahedra: merge duplicate nodes, and open a crack only once"
         )

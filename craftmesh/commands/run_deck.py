@@ -79,8 +79,9 @@ def solved_history(
     """Return the solution at the end of a deck's load history, nodal stress, slip and a report.
 
     CalculiX runs in `folder`. Stress (n, 6): 11, 22, 33, 12, 13, 23. Slip (n, s) of the slip systems, None
-    if the materials do not define it. Nodal values are CalculiX' means over elements. If the deck has
-    densities of work and 10-node elements, the report has J on rings and the opening of each front. Raises
+    if the materials do not define it. Nodal values are CalculiX' means over elements. If each
+    user material writes the energy density (ENER) and elements have 10 nodes, the report has J on rings and
+    the opening of each front. Raises
     CraftmeshError if the program fails, or if results are missing or cannot be read.
     """
     results = run_deck(model, options, folder, deck, materials)

@@ -63,7 +63,10 @@ def _pieces(solid: np.ndarray, links: list[np.ndarray]) -> np.ndarray:
 
 
 def _crossed(voxels: Voxels, crack: Crack) -> list[np.ndarray]:
-    """Return a mask (nx, ny, nz) per axis: the crack crosses the line to the next voxel's centre."""
+    """Return a mask (nx, ny, nz) per axis: the crack crosses the line to the next voxel's centre.
+
+    In the last layer along the axis the line goes on for one voxel beyond the last centre.
+    """
     places = (crack.points - voxels.origin) / voxels.spacing - 0.5 + ASIDE
     return [_crossed_along(axis, places[crack.triangles], voxels.labels.shape) for axis in range(3)]
 
@@ -71,7 +74,8 @@ def _crossed(voxels: Voxels, crack: Crack) -> list[np.ndarray]:
 def _crossed_along(axis: int, corners: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """Return a mask (nx, ny, nz), True where triangles (m, 3, 3) cross the line to the next voxel's centre.
 
-    corners: of the triangles, in voxels, with voxel centres at whole numbers; axis: direction of the lines.
+    In the last layer the line goes on for one voxel beyond the last centre. corners: of the triangles, in
+    voxels, with voxel centres at whole numbers; axis: direction of the lines.
     """
     crossed = np.zeros(shape, bool)
     across = [k for k in range(3) if k != axis]

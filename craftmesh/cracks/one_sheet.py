@@ -140,7 +140,8 @@ def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple
     if len(rows) < 3:
         return np.zeros((0, 3)), np.zeros(0)
     spread = np.linalg.svd(rows[:, :3] - rows[:, :3].mean(axis=0), compute_uv=False)
-    near = rows[rows[:, 3] < THIN * 4 * spread[1] / np.sqrt(len(rows))]  # a disc is 4 deviations wide
+    # In a disc, the diameter is four times the standard deviation of the points along one axis.
+    near = rows[rows[:, 3] < THIN * 4 * spread[1] / np.sqrt(len(rows))]
     return near[:, :3], near[:, 3]
 
 

@@ -144,7 +144,10 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
 
 
 def _refuse_two_sided(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> None:
-    """Raise CraftmeshError if consistently oriented triangles (m, 3) form a thin shell."""
+    """Raise CraftmeshError if consistently oriented triangles (m, 3) form a thin shell.
+
+    It is one if the sum of area vectors is below half of the area, and `sides_apart` finds two close sides.
+    """
     vectors = area_vectors(points, triangles)
     is_turned = np.linalg.norm(vectors.sum(axis=0)) < np.linalg.norm(vectors, axis=1).sum() / 2
     if is_turned and (apart := sides_apart(points, triangles, box)) is not None:

@@ -92,8 +92,8 @@ def history_lines(
 def face_lines(loads: Mapping[str, Load]) -> str:
     """Return the lines that print displacements and forces of the faces that move or are pulled.
 
-    They print the body's energy too, because CalculiX has none in the last step unless the first step asks
-    for it.
+    They belong to every step and also print the body's strain energy: CalculiX gives the energy in the last
+    step only if the first step asks for it too.
     """
     acting = {plane for plane, _ in acting_faces(loads.values())}
     return "*EL PRINT, ELSET=EALL, TOTALS=ONLY\nELSE\n" + "".join(

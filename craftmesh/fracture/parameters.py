@@ -252,9 +252,11 @@ def _values(
 def _report(
     parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list, mixed: np.ndarray
 ) -> dict:
-    """Return the report of a front, the values of K relative to its largest K.
+    """Return the report of a front: size, its tube, flags, K at the ends of segments, and errors.
 
-    mixed (n,): mask of nodes with other materials nearby, which are left out of the ratio of J to G.
+    The errors of K (least, median, most) are relative to the front's largest K. one_sided: for each segment
+    K and the lips' opening (2, 6) at its ends, from the segment's own side. mixed (n,): mask
+    of nodes with other materials nearby, which are left out of the ratio of J to G.
     """
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
     words = Counter(word for flags in parameters.flags.tolist() for word in flags.split("+") if word)

@@ -146,7 +146,11 @@ class Stations:
 
 
 def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
-    """Return the fields of the segments' crystals at stations, which the axes turn by about TURN apart."""
+    """Return the fields around the front at stations along each segment, in the segment's material.
+
+    Between two stations the front's axes turn by about TURN. Isotropic segments have stations only at both
+    ends.
+    """
     local, counts = [], []
     for start, length, stiffness in zip(segments.start, segments.length, segments.stiffness):
         count = _station_count(curve, start, length, stiffness)

@@ -25,7 +25,8 @@ from craftmesh.types import BORDER, CRACK, Crack, Surface
 # meet at a vertex of a valid surface; an operation that needs more is refused.
 MOST_IN_STAR = 2048
 MOST_ON_EDGE = MOST_IN_STAR // 2
-# Most witnesses that one star may detach; an operation on more is refused with the reason `distance`.
+# Most witnesses (initial vertex positions, each attached to the nearest facet) that one operation may
+# detach from facets that it changes; an operation on more is refused with the reason `distance`.
 MOST_LOOSE = 65536
 # Most grains and voids at one star; the volumes of further grains and voids are not checked.
 MOST_GRAINS_NEAR = 128

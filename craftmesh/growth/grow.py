@@ -72,13 +72,13 @@ def grow(
 ) -> Crack | None:
     """Return the crack with its fronts moved; None if no front is left inside the box (2, 3).
 
-    along: front nodes with K, the rows, and their moves. The moves are smoothed along each front (the
-    paper, section 2). Front ends that lie on the box move to it or beyond. A strip joins old and new front.
-    In a crack of several surfaces each grows by the rows of its own fronts, and stays if it has too few.
+    along: a row for each front node with K, with the node's move. The moves are smoothed along each front
+    (the paper, section 2). Front ends on the box move to it or beyond. A strip joins old and new front. In
+    a crack of several surfaces each grows by the rows of its own fronts, and stays if it has too few.
     Surfaces that almost coincide become one. Surfaces that coincide exactly stay two: the part of a front
-    inside the other surface has no rows, and moves like the rest. REPAIRS are counted in `repairs`. Raise
-    CraftmeshError for rows that lie on no front, and if the grown surface is no crack (folded, torn) after
-    each of ATTEMPTS.
+    inside the other surface has no rows, and moves like the rest. repairs: counts what was repaired, by the
+    keys of REPAIRS (loops cut off, shorter moves ...). Raise CraftmeshError for rows that lie on no front,
+    and if the last of the ATTEMPTS, with smoother and shorter moves, is still no crack (folded, torn).
     """
     parts, repairs = sheets(crack), Counter() if repairs is None else repairs
     if len(parts) == 1:

@@ -159,7 +159,10 @@ class GrowthOptions(Options):
 
     @property
     def has_rates(self) -> bool:
-        """True if da/dN is known in its unit, so that load cycles are counted."""
+        """True if the options give da/dN in length per cycle, so that load cycles are counted.
+
+        Otherwise only the ratios of the points' rates are known.
+        """
         return self.coefficient is not None or bool(self.rates)
 
     @property

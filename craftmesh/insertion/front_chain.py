@@ -199,9 +199,10 @@ def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarr
 
 
 def without_loose_ends(front: FrontChain, traces: np.ndarray) -> FrontChain:
-    """Return the front without the edges between a loose end and its first or last trace.
+    """Return the front without the edges before the first and after the last node that is on a trace.
 
-    traces (k, 2): trace edges inside the front.
+    traces (k, 2): node pairs of the surface's edges on the crack and inside the front. A closed front, and
+    an end that is on a trace, do not change.
 
     An open front ends on the box. If the body does not reach the box, there is no trace at that end: the
     front beyond its last trace lies in no grain and bounds no part of the crack.

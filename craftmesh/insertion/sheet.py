@@ -40,7 +40,7 @@ class Sheet:
     rim: Rim
 
     def uv(self, points: np.ndarray) -> np.ndarray:
-        """Return parameters (n, 2) of points (n, 3)."""
+        """Return parameters (n, 2) of points (n, 3): lengths along the sheet's first two axes."""
         return (points - self.origin) @ self.frame[:2].T
 
     def offset(self, points: np.ndarray) -> np.ndarray:

@@ -27,8 +27,9 @@ def prepared(
     """Return the surface with signed distances psi from the crack, and with local edge lengths.
 
     psi is exactly 0 at points on the crack, and NaN beyond about OFFSET_DISTANCE longest edges. known (k,
-    3): positions of points on the crack of an older mesh; such points within PROMISED.facets of the crack
-    count as on it. least: smallest target length.
+    3): positions of points on the crack of an older mesh; such points within PROMISED.facets times `least`
+    of the crack count as on it. least: smallest target edge length, in the surface's unit of length; with
+    0, `known` has no effect.
     """
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
@@ -138,7 +139,7 @@ def _moved(
 
 
 def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
-    """Return distances (n,) of points from the crack, psi over its gradient's length; NaN far from it."""
+    """Return distances (n,) >= 0 from the crack, |psi| over the length of its gradient; NaN far from it."""
     distance = np.abs(surface.psi)
     rows = np.flatnonzero(np.isfinite(distance))
     distance[rows] /= np.linalg.norm(sheet.gradient(surface.points[rows]), axis=1)

@@ -128,11 +128,12 @@ class Beside:
     table: str = ""
 
     def find(self, is_named: Callable[[str], object], width: int) -> tuple[h5py.Dataset, np.ndarray] | None:
-        """Return an array with a row per grain, else one with a row per cell, and its values; else None.
+        """Return an array with a row per grain, else one with a row per voxel, and its values; else None.
 
-        is_named: test of an array's name; width: numbers per row. Values are a table (g, width), row = id,
-        or of voxels (nx, ny, nz, width), without the last axis if width is 1. Raises CraftmeshError if
-        several tables fit equally well, or if the user's table does not fit the ids.
+        is_named: test of an array's name; width: numbers per row. Values are a table (g, width) whose row k
+        belongs to grain k, or (nx, ny, nz, width) by voxel; without the last axis if width is 1. Raises
+        CraftmeshError if several tables have numbers of rows that fit the grain ids equally well
+        (`belonging`), or if that of the table chosen by the option `table` does not fit.
         """
         if self.table and not self._chosen(self.arrays):
             groups = dict.fromkeys(d.parent.name for d in self.arrays if d.parent != self.labels.parent)

@@ -196,7 +196,10 @@ def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> d
     name = (fields["*ori"] or [""])[0]
     rotations = _rotations(path, fields, "*ori", name, rows)
     if len(rotations.values) != len(ids):
-        raise CraftmeshError(f"{path}: *ori has {len(rows)} numbers; expected a row per cell, {len(ids)}")
+        raise CraftmeshError(
+            f"{path}: *ori has {len(rotations.values)} rows; expected a row per cell, {len(ids)}; "
+            "write it again with Neper"
+        )
     table = np.full((table_rows(path, ids), rotations.values.shape[1]), np.nan)
     table[ids] = rotations.values
     return {"*ori": replace(rotations, values=table)}

@@ -169,10 +169,10 @@ def numbers_by_phase(
         if key is not None and key < 0:
             raise CraftmeshError(f"{option}: {text!r}; {expected}")
         if key in found:
-            raise CraftmeshError(f"{option}: {text!r} is the second text for its phase; keep one")
+            raise CraftmeshError(f"{option}: {text!r} is the second entry for its phase; keep one")
         found[key] = kind.strip(), values
     if None in found and len(found) > 1:
-        raise CraftmeshError(f"{option}: one text has no phase; give one for all phases, or one per phase")
+        raise CraftmeshError(f"{option}: one entry has no phase; give one for all phases, or one per phase")
     return found
 
 

@@ -40,7 +40,10 @@ def lip_faces(face_sets: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarr
 
 
 def own_lips(face_sets: Mapping[str, np.ndarray], tets: np.ndarray, front: np.ndarray) -> dict:
-    """Return the lips, by name, of the crack whose lip A contains the most nodes of a front (k,)."""
+    """Return lips A and B, as face sets by name, of the crack whose lip A has most nodes of a front (k,).
+
+    face_sets must hold at least one lip A.
+    """
     held = {
         name[:-1]: np.isin(front, face_nodes(tets, faces)).sum()
         for name, faces in face_sets.items()

@@ -85,7 +85,7 @@ def _is_ours(connection: socket.socket) -> bool:
 
 
 class Loader:
-    """Loads modules and kernels in the server that its children had to load.
+    """Loads in the server the modules and kernels that its children had to load.
 
     load: function that loads a subcommand's module; missing: modules and kernels that children of a
     subcommand had to load and the server has not yet loaded, by subcommand.
@@ -113,8 +113,8 @@ class Loader:
     def run(self, run: Callable[[list[str]], int], words: list[str], missing: int) -> int:
         """Run a subcommand, in the child, and return its exit status.
 
-        The names of modules and kernels that it had to load are written to the open file with the number
-        `missing`, for `learn`. run: function that runs a command line; words: the command line.
+        The names of modules and kernels that it had to load are written to the open file with the
+        descriptor `missing`, for `learn`. run: function that runs a command line; words: the command line.
         """
         modules, kernels = set(sys.modules), _loaded_kernels()
         status = run(words)
@@ -126,7 +126,7 @@ class Loader:
     def learn(self, verb: str, missing: int) -> None:
         """Read which modules and kernels a subcommand's ended child had to load; a killed child wrote none.
 
-        missing: the number of the file that `run` wrote; it is closed.
+        missing: descriptor of the open file that `run` wrote; it is closed here.
         """
         with suppress(EOFError, pickle.UnpicklingError), os.fdopen(missing, "rb") as stream:
             stream.seek(0)

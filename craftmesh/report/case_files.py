@@ -209,7 +209,7 @@ def has_ended(record: Mapping[str, Any], increment: Increment) -> bool:
 
 
 def is_complete(case: Case) -> bool:
-    """Return True if a case has all increments of its record, or all up to where its crack stops."""
+    """Return True if a case has as many increments as case.json asks for, or its crack has stopped."""
     done = case.increments
     return len(done) == case.record["increments"] or bool(done and has_ended(case.record, done[-1]))
 

@@ -113,7 +113,11 @@ def _face_distances(
 
 
 def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Lengths:
-    """Return lengths along the fronts of `own` from the distance to `other`; none where the two meet."""
+    """Return places on fronts of `own` less than l_min from `other`, and target edge lengths there.
+
+    The lengths are proportional to the distance, with a lower bound. Places near points where the front
+    meets `other` are left out. own, other: surfaces of one crack; l_min: the sizing's target length.
+    """
     at = _along([own.points[front] for front in own.fronts], l_min)
     at = at[((at >= box[0]) & (at <= box[1])).all(axis=1)]
     if not len(at):

@@ -218,7 +218,7 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
     if len(same_way):
         raise CraftmeshError(
             f"grains {grain_names(soup.grain[same_way[0]])} overlap near {_place(soup, same_way[0, 0])}: "
-            f"{len(same_way)} facets are on the same side of both; expected grains that only touch"
+            f"{len(same_way)} facets have both grains on the same side; expected grains that only touch"
         )
     sides = np.stack([soup.grain, np.zeros_like(soup.grain)], axis=1)
     sides[pairs[:, 0], 1] = soup.grain[pairs[:, 1]]

@@ -46,7 +46,10 @@ def power_apart(first: np.ndarray, second: np.ndarray, ratio: float | None = Non
 
 
 def unit_hint(first: np.ndarray, second: np.ndarray, ratio: float | None = None) -> str:
-    """Return the text of `power_told` for the result of `power_apart`."""
+    """Return a text for errors if the units of two boxes (2, 3) seem to differ by a power of ten, else "".
+
+    ratio: quotient of two sizes that should be equal, the first box's by the second's; None: the diagonals.
+    """
     return power_told(power_apart(first, second, ratio))
 
 

@@ -14,7 +14,7 @@ import scipy
 from craftmesh.voxels.kernels.exchange import CONNECTION_DISTANCE, contact_key, exchange
 from craftmesh.voxels.kernels.votes import MOST_GRAINS, choices, votes
 
-# Radius of the Gaussian, in standard deviations; 4% of its weight are beyond.
+# Radius of the Gaussian, in standard deviations; on cubic voxels 6 % of its weight is beyond.
 CUT_OFF = 2.5
 # Distance from a boundary, in standard deviations, within which voxels are exchanged; none are farther.
 BAND = 1.5
@@ -22,7 +22,8 @@ BAND = 1.5
 VOLUME_TOLERANCE = 0.005
 # The same during the first half of an iteration's passes.
 MOST_DRIFT = 0.1
-# Largest number of exchange passes in an iteration; prices are adjusted to the volumes after each.
+# Largest number of exchange passes in an iteration. A grain's price is added to its weight at each voxel;
+# after each pass the price is raised if the grain has too few voxels, and lowered if it has too many.
 SWEEPS = 20
 # Fraction of the price change that a grain's missing voxels require; less than 1, because the prices of its
 # neighbours change too.

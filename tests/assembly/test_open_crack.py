@@ -272,7 +272,7 @@ def test_what_is_no_crack_of_the_mesh_is_refused():
         open_crack(mesh, [[0, 1, 64]])
     with pytest.raises(CraftmeshError, match="facets has shape .2, 4.; expected .n, 3."):
         open_crack(mesh, np.zeros((2, 4), int))
-    with pytest.raises(CraftmeshError, match="boundary, which is open"):
+    with pytest.raises(CraftmeshError, match="boundary, with a tetrahedron on one side"):
         open_crack(mesh, facets_in(mesh, 2, 0, lambda c: c[:, 0] < 2))
     with pytest.raises(CraftmeshError, match="no face set 'GONE'; it has XMIN"):
         open_crack(mesh, "GONE")

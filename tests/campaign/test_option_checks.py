@@ -43,7 +43,7 @@ WRONG_SECTIONS = [
     ({"inp": {"material": ["isotropic:nan,0.3"]}}, "inp.material.*no positive strain energy"),
     ({"inp": {"material": ["isotropic:70e3;0.3"]}}, "inp.material.*expected KIND:CONSTANTS"),
     ({"inp": {"material": ["1=" + ISOTROPIC, ISOTROPIC]}}, "inp.material.*or one per phase"),
-    ({"inp": {"material": ["1=" + ISOTROPIC] * 2}}, "inp.material.*second text for its phase"),
+    ({"inp": {"material": ["1=" + ISOTROPIC] * 2}}, "inp.material.*second entry for its phase"),
     ({"inp": {"material": ["-1=" + ISOTROPIC]}}, "inp.material.*expected KIND:CONSTANTS"),
     ({"inp": {"material": []}}, "inp.material.*give one for all phases"),
     ({"inp": {"element": "C3D4", "quarter_points": True}}, "inp.quarter_points is true, .*C3D4"),

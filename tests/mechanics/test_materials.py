@@ -106,7 +106,7 @@ def test_other_texts_are_refused(texts):
 
 
 def test_a_phase_given_twice_is_refused():
-    with pytest.raises(CraftmeshError, match="second text for its phase"):
+    with pytest.raises(CraftmeshError, match="second entry for its phase"):
         parse_materials(["1=isotropic:1,0", "1=isotropic:2,0"])
 
 

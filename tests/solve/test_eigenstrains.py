@@ -100,7 +100,7 @@ def test_a_table_by_grain_says_what_texts_by_phase_do(tmp_path):
         (["orthotropic:1e-3"], "expected KIND:VALUES"),
         (["isotropic:12"], "not within -1 to 1"),
         (["-1=isotropic:1e-3"], "expected KIND:VALUES"),
-        (["1=isotropic:1e-3", "1=isotropic:2e-3"], "second text for its phase"),
+        (["1=isotropic:1e-3", "1=isotropic:2e-3"], "second entry for its phase"),
         (["1=isotropic:1e-3", "isotropic:2e-3"], "or one per phase"),
     ],
 )

@@ -80,8 +80,9 @@ def _on_line(state, u, v):
 def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
     """Return the squared distance of witness w from the nearest new facet of `patch`, and the facet's row.
 
-    home[w] is the witness' position. Only the star's first `total` facets count. The search ends at the
-    first squared distance under `enough`. Without a facet of the patch the result is inf, -1.
+    home[w] is the witness' position. A patch is a part of the surface between feature lines. New facet i <
+    `total` replaces facet star[i], so its patch is patches[star[i]]; its corners are corners[i]. The search
+    ends at the first squared distance under `enough`. Without a facet of the patch, returns inf, -1.
     """
     best = np.inf
     where = -1

@@ -132,9 +132,10 @@ def _look_around(state, grid, star):
 
 @lean_kernel
 def _list_near(state, grid, star, sheet):
-    """List in grid.candidate the facets near the star, without the star's own facets.
+    """List in grid.candidate the facets that may meet the star's new facets; return their number.
 
-    Cells of the grid whose facets all continue the sheet are skipped. Return the number, or -1 if too many.
+    These are facets whose bounds meet the bounds of the star, without the star's own. Grid cells whose
+    facets all have the patch of `sheet` and similar normals are skipped. Return -1 if there are too many.
     """
     stamp, points = state.facet_stamp, state.points
     mark = state.clock[1] + 1

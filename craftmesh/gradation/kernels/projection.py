@@ -107,10 +107,10 @@ def put_on_crack(state, reach, place):
 
 @kernel
 def nearest_triangle(state, places, row, enough, reach):
-    """Return the row of the given crack's triangle nearest to places[row], and the squared distance.
+    """Return the row of the triangle nearest to places[row], and the squared distance.
 
-    places[row] is a point; enough, reach: distances. The search ends at the first triangle found within
-    `enough`. Returns -1 and inf if none is within `reach`.
+    Searched are state.crack_triangles, the crack as given. enough, reach: distances. The search ends at the
+    first triangle found within `enough`. Returns -1 and inf if none is within `reach`.
     """
     points, triangles = state.crack_points, state.crack_triangles
     start, items, shape = state.crack_bin_start, state.crack_bin_items, state.crack_bin_shape

@@ -23,7 +23,8 @@ FIRST_STEP = 0.3
 # the edge.
 LINE_PLACES = 7
 LINE_STEP = 0.1
-# Smallest rise of the smallest angle score by a move, in the search and after all guards.
+# Smallest rise of the smallest `angle_score` (1 at an angle of 15 or 135 degrees) around a vertex, by the
+# move that the search finds, and by the possibly shorter move that passes the checks of `guards.attempt`.
 LEAST_RISE = 1e-3
 # Number of attempts at a move, each half as long as the one before.
 SLIDE_TRIES = 3

@@ -74,9 +74,10 @@ def _smallest_wedge(link, size, grain, used, ring, across):
 
 @lean_kernel
 def _wedge_to_cut(link, size, used, ring, across):
-    """Return a grain with two or more wedges and the first segment of its shortest simple one, or -1, -1.
+    """Return a grain with several wedges, and the first segment of its shortest simple wedge; or -1, -1.
 
-    Of several such grains it is the one with the shortest.
+    Of several such grains, the grain with the shortest simple wedge is returned. Simple, and the length of
+    a wedge: see `_smallest_wedge`.
     """
     best, best_grain, best_start = _MANY, -1, -1
     for first in range(size):
@@ -122,10 +123,12 @@ def add_facet(sheets, count, segment, point):
 
 @kernel
 def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
-    """Move the shortest wedge of a grain with several wedges from `apex` to the point `new`.
+    """Let one wedge of a grain with several end at the point `new` instead of `apex`, and place `new`.
 
-    The wedge's facets are appended to `sheets`. Sheets that end on the wedge are extended to `new`, so
-    `link` stays the link of `apex`. Return whether a wedge was moved, the link's size and the facet count.
+    The wedge has the fewest segments (`_wedge_to_cut`). Its facets, from its segments to `new`, are
+    appended to the facets `sheets`, and `link` loses these segments. Where the wedge's neighbour label
+    changes, `link` gets a segment to `new`, so that it stays the link of `apex`. Return whether there was
+    such a wedge, the link's size and the number of facets.
     """
     used, ring, across = scratch.used, scratch.ring, scratch.across
     grain, start = _wedge_to_cut(link, size, used, ring, across)

@@ -254,9 +254,10 @@ def _meets_on_wall(mesh, t, i, walls, corners):
 
 @lean_kernel
 def split_within_walls(mesh, walls, corners):
-    """Split free edges between two points of one wall at their midpoints; return their number.
+    """Split edges that are not fixed and join two points of one wall at their midpoints; return how many.
 
-    walls (n, w): mask of the first n points that lie on each wall. corners: 2, or 3 to split only edges of
+    A wall is the front, a grain boundary, a void or a box plane. walls (n, w): mask of the first n points
+    on each. corners: 2, or 3 to split only edges of
     triangles with all corners on one wall. There must be spare rows for the midpoint of every edge.
     """
     first = mesh.used[0]

@@ -52,7 +52,7 @@ FACES = np.array([[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]])
 
 
 def new_scratch() -> Scratch:
-    """Return a reference to work arrays for passes."""
+    """Return work arrays for passes over a mesh, as one struct that kernels get by reference."""
     arrays = Scratch(
         np.empty(MAX_STAR, np.int64),
         np.empty((MAX_STAR, 3), np.int64),
@@ -83,7 +83,10 @@ def face_key(tets, t, k):
 
 @kernel
 def link_tets(tets, n_tets, n_points, neighbours, tet_of):
-    """Fill `neighbours` (-1 for none) and `tet_of` for the first n_tets tets; no face is blocked yet."""
+    """Fill `neighbours` and `tet_of`, a tet of each point, for the first n_tets tets.
+
+    neighbours: -1 where no tet is beyond a face. No face is marked as a surface facet (-2 - u) yet.
+    """
     head = np.full(n_points, -1, np.int64)
     following = np.full(4 * n_tets, -1, np.int64)
     for t in range(n_tets):

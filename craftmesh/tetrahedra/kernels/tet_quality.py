@@ -17,9 +17,11 @@ FLAT = 1e-9
 ROOT2 = np.sqrt(2.0)
 # Aspect ratio above which a tet counts as stretched.
 STRETCHED = 5.0
-# Quality by ANGLE_QUALITY or SHAPE_QUALITY below which a tet counts as poor. It is a little over sin 10
-# deg, .1736, and over half of sin 160 deg, .1710. A tet of higher quality by SHAPE_QUALITY is not poor by
-# `mesh/shape_measures`; one of higher quality by ANGLE_QUALITY does not exceed the aspect ratio STRETCHED.
+# Quality by ANGLE_QUALITY or SHAPE_QUALITY below which a tet counts as poor. These measures are at most
+# the sine of each acute dihedral angle and half the sine of each obtuse one, so from POOR on all angles lie
+# in 10..160 degrees: sin 10 deg is .1736, half of sin 160 deg is .1710. A tet of higher quality by
+# SHAPE_QUALITY is not poor by `mesh/shape_measures`; one of higher quality by ANGLE_QUALITY does not exceed
+# the aspect ratio STRETCHED.
 POOR = 0.174
 # Quality by SHAPE_QUALITY, a little over sin 15 deg, from which all dihedral angles lie in 15..149 degrees.
 WIDE = 0.26
