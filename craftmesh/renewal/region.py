@@ -8,6 +8,8 @@ from craftmesh.renewal.whole import Whole
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.connectivity import corners_of, joined, layers_around, touching
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.surface.labels import labels_at
 from craftmesh.surface.measure import nearest_facet
 from craftmesh.types import CRACK, Crack, Surface
 
@@ -44,10 +46,11 @@ def changed_tets(whole: Whole, crack: Crack, sizing: Sizing) -> np.ndarray:
         samples, left = samples[away > BEYOND * sizing.l_min], surface.points[np.unique(old)]
         off = nearest_facet(left, crack.points, crack.triangles.astype(np.int64))[1]
         left = left[off > PROMISED.facets * sizing.l_min]
-    marks = np.concatenate([samples[_in_grains(samples, surface)], left])
+    label = labels_at(samples, surface.points, surface.facets, surface.sides)
+    marks = np.concatenate([samples[label > 0], left])
     length = sizing.at(points)
     change = np.abs(length / whole.lengths - 1)
-    if not (len(marks) or (change > CHANGED).any() or _fronts_moved(surface, crack, sizing.l_min)):
+    if not (len(marks) or (change > CHANGED).any() or _fronts_moved(surface, crack, fronts, sizing.l_min)):
         return np.zeros(len(whole.tets), bool)
     tree = scipy.spatial.cKDTree(np.concatenate([ends, *fronts, marks]))
     near = np.isfinite(tree.query(points, distance_upper_bound=MARGIN * sizing.l_min)[0])
@@ -56,29 +59,19 @@ def changed_tets(whole: Whole, crack: Crack, sizing: Sizing) -> np.ndarray:
     return _closed(whole, chosen | ~layers_around(whole.tets, len(points), ~around, 2 * RIM))
 
 
-def _in_grains(places: np.ndarray, surface: Surface) -> np.ndarray:
-    """Return a mask (k,) of the places (k, 3) that lie inside grains of a surface."""
-    bounds = surface.sides[:, 0] != surface.sides[:, 1]
-    if not len(places):
-        return np.zeros(0, bool)
-    facet, _, side = nearest_facet(places, surface.points, surface.facets[bounds].astype(np.int64))
-    return surface.sides[bounds][facet, (side > 0).astype(int)] > 0
-
-
-def _fronts_moved(surface: Surface, crack: Crack, l_min: float) -> bool:
+def _fronts_moved(surface: Surface, crack: Crack, samples: list[np.ndarray], l_min: float) -> bool:
     """Return whether the fronts in a surface and those of a crack are farther apart than is promised.
 
-    The promise is PROMISED.front, in l_min. Points of the crack's fronts may be twice as far from the
-    surface's fronts, because edges between nodes may be, too.
+    The promise is PROMISED.front, in l_min. samples: points (k, 3) on each front of the crack, which may be
+    twice as far from the surface's fronts, because edges between nodes may be, too.
     """
-    before = front_edges(surface)[:, [0, 1, 1]]
-    now = [np.stack([front[:-1], front[1:], front[1:]], axis=1) for front in crack.fronts]
-    if not len(before) or not now:
-        return len(before) + len(now) > 0
-    nodes = surface.points[np.unique(before)]
-    between = [densify(crack.points[front], l_min) for front in crack.fronts]
-    off = nearest_facet(nodes, crack.points, np.concatenate(now))[1]
-    away = nearest_facet(np.concatenate(between), surface.points, before)[1]
+    before = front_edges(surface)
+    if not len(before) or not samples:
+        return len(before) + len(samples) > 0
+    now = np.concatenate([np.stack([front[:-1], front[1:]], axis=1) for front in crack.fronts])
+    nodes, between = surface.points[np.unique(before)], np.concatenate(samples)
+    off = np.linalg.norm(nearest_on_edges(nodes, crack.points, now) - nodes, axis=1)
+    away = np.linalg.norm(nearest_on_edges(between, surface.points, before) - between, axis=1)
     return bool(max(off.max(), away.max() / 2) > PROMISED.front * l_min)
 
 
