@@ -21,6 +21,7 @@ from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.stress import grain_stress
 from craftmesh.mechanics.user_materials import UserMaterials
+from craftmesh.mesh.tet_connectivity import grains_at_nodes
 from craftmesh.progress import ProgressLine
 from craftmesh.solve.options import ABAQUS, BUILTIN, CALCULIX, EXTERNAL, FIELD, SolveOptions, waited_for
 from craftmesh.solve.solve import solve_model
@@ -122,12 +123,9 @@ def _write_slip(
             "--slip-table: the user material does not assign state variables to the slip of planes; "
             "give its template slip and slip_planes of equal length"
         )
-    low, high = np.full(len(mesh.points), np.iinfo(np.int32).max), np.zeros(len(mesh.points), np.int32)
-    of_corner = np.broadcast_to(mesh.grain[:, None], mesh.tets.shape)
-    np.minimum.at(low, mesh.tets, of_corner)
-    np.maximum.at(high, mesh.tets, of_corner)
-    inner = low == high
-    columns = {f"slip_{plane}": np.zeros(inner.sum()) for plane in planes}
+    lowest, highest = grains_at_nodes(mesh.tets, mesh.grain)
+    inner = np.flatnonzero(lowest == highest)
+    columns = {f"slip_{plane}": np.zeros(len(inner)) for plane in planes}
     for plane, own in zip(planes, slip[inner].T):
         columns[f"slip_{plane}"] += own
-    write_front(path, {"points": mesh.points[inner], "grain": low[inner]} | columns)
+    write_front(path, {"points": mesh.points[inner], "grain": lowest[inner]} | columns)

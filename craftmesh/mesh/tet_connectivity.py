@@ -134,6 +134,19 @@ def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
 
+def grains_at_nodes(tets: np.ndarray, grain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest grain (n,) of the elements at each node.
+
+    n: one more than the last node in `tets`. grain (m,): grains of the elements. Where the two differ,
+    grains share the node. At a node without elements the lowest is above the highest.
+    """
+    count = tets.max() + 1
+    lowest, highest = np.full(count, np.iinfo(np.int32).max), np.full(count, -1)
+    np.minimum.at(lowest, tets, grain[:, None])
+    np.maximum.at(highest, tets, grain[:, None])
+    return lowest, highest
+
+
 def dihedral_angles(
     points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
 ) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.common_nodes import common_points, common_tets, grain_of_tets
 from craftmesh.mesh.mesh_sets import lip_faces
-from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners
+from craftmesh.mesh.tet_connectivity import grains_at_nodes, group_triples, half_face_corners
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, GrainTets, Surface, TetMesh
@@ -143,14 +143,12 @@ def _between_grains(tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> np
 
     Only faces whose three nodes all have elements of several grains are compared, which saves time.
     """
-    least, most = np.full(tets.max() + 1, np.iinfo(np.int32).max), np.full(tets.max() + 1, -1)
-    np.minimum.at(least, tets, grain[:, None])
-    np.maximum.at(most, tets, grain[:, None])
-    on = (least < most)[tets]
-    rows = np.flatnonzero(on.sum(axis=1) >= 3)
+    lowest, highest = grains_at_nodes(tets, grain)
+    is_shared = lowest < highest
+    rows = np.flatnonzero(is_shared[tets].sum(axis=1) >= 3)
     halves = (4 * rows[:, None] + np.arange(4)).ravel()
     corners = half_face_corners(tets, halves)
-    halves = halves[(least < most)[corners].all(axis=1)]
+    halves = halves[is_shared[corners].all(axis=1)]
     halves = halves[~np.isin(halves, lips)]
     pairs = halves[group_triples(half_face_corners(tets, halves)).pairs]
     return pairs[grain[pairs[:, 0] // 4] != grain[pairs[:, 1] // 4]]
