@@ -21,7 +21,7 @@ from craftmesh.growth.options import GrowthOptions, check_cycle
 from craftmesh.growth.trust import doubted_sentence
 from craftmesh.io.front_csv import LOAD_CASE, rows_by_load, write_front
 from craftmesh.io.json_file import read_json, write_json
-from craftmesh.io.model_tables import read_blocks, read_load_history, read_slip_table
+from craftmesh.io.model_tables import read_blocks, read_slip_table
 from craftmesh.io.stage_npz import read_solutions
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.model import elastic_model
@@ -54,8 +54,8 @@ def run(arguments: argparse.Namespace) -> None:
     known, growth = known_of_files(arguments), options_from(arguments, GrowthOptions)
     if growth.block_table:
         with named(growth.block_table):
-            loads = read_load_history(existing(Path(growth.block_table)))
-            rows = read_blocks(growth.block_table) if loads is None else rainflow_blocks(loads)
+            table = read_blocks(existing(Path(growth.block_table)))
+            rows = table if isinstance(table, tuple) else rainflow_blocks(table)
             growth = replace(growth, blocks=rows, block_table="")
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
     solutions = read_solutions(existing(arguments.solution))
@@ -68,12 +68,12 @@ def run(arguments: argparse.Namespace) -> None:
     found, report = stress_intensities(model, solutions, options_from(arguments, FractureOptions))
     columns = {name: one.columns() for name, one in found.items()}
     if crack is not None:
-        last, slip, table = None, None, growth.slip_table
+        last, slip, slips = None, None, growth.slip_table
         if arguments.last:
             with named(arguments.last):
                 last = counted_front(read_json(arguments.last).get("growth", {}))
-        if table:
-            slip = SlipField(*read_slip_table(existing(Path(table))), source=table)
+        if slips:
+            slip = SlipField(*read_slip_table(existing(Path(slips))), source=slips)
         own, report["growth"] = front_extensions(crack, model, solutions, found, growth, last, slip)
         columns[next(iter(columns), "")] = own
     written = rows_by_load(columns)

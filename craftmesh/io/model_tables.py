@@ -205,23 +205,17 @@ def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.
     return points, values[PRESSURE][:, 0], values[TRACTION]
 
 
-def read_load_history(path: str | os.PathLike) -> np.ndarray | None:
-    """Return the column load (k,) of a table; None if it has no such column.
-
-    Raises CraftmeshError for cells that are not finite numbers.
-    """
-    table = read_table(path, ["cycles"], HISTORY)
-    return table.numbers(HISTORY)[:, 0] if table.has(HISTORY) else None
-
-
-def read_blocks(path: str | os.PathLike) -> tuple[str, ...]:
+def read_blocks(path: str | os.PathLike) -> tuple[str, ...] | np.ndarray:
     """Return a text "CYCLES,LARGEST,SMALLEST" per row of a table with columns cycles, largest, smallest.
 
-    The cells are copied; whether they are numbers is not checked. Raises CraftmeshError if a column is
-    missing or if there are no rows.
+    These cells are copied; whether they are numbers is not checked. Of a table with the column load, the
+    loads (k,) of a history are returned instead. Raises CraftmeshError for a load that is not a finite
+    number, if a column is missing, or if there are no rows.
     """
     names = ("cycles", "largest", "smallest")
     table = read_table(path, names[:1], HISTORY)
+    if table.has(HISTORY):
+        return table.numbers(HISTORY)[:, 0]
     columns = [table.words(name) for name in names]
     known = [column for column in columns if column is not None]
     if len(known) < len(names) or not known[0]:
