@@ -191,3 +191,15 @@ def import_user_callable(key: str, name: str, known: Sequence[str]) -> Any:
     if not callable(found):
         raise CraftmeshError(f"{key} {name!r} is {found!r}; expected a class or a function")
     return found
+
+
+def returned_array(what: str, returned: object, expected: str) -> np.ndarray:
+    """Return the result of a user's function as an array of floats of any shape.
+
+    what, expected: the function and the values that it should return, for the error. Raises CraftmeshError
+    for values that are no numbers and for rows of different lengths.
+    """
+    try:
+        return np.asarray(returned, float)
+    except (TypeError, ValueError):
+        raise CraftmeshError(f"{what} returned {returned!r:.60}; expected {expected}") from None

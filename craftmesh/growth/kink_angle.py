@@ -12,7 +12,7 @@ from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, WIDEST_IN_CRYSTALS, GrowthOptions
 from craftmesh.mechanics.near_field import NearField, as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
-from craftmesh.options import import_user_callable
+from craftmesh.options import import_user_callable, returned_array
 from craftmesh.surface.measure import span_of
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.surface.side_data import coordinates_hint, spans_told
@@ -72,12 +72,7 @@ def own_values(key: str, name: str, known: Sequence[str], count: int, *given: ob
     the function cannot be found or returns anything else; the function's own exceptions pass.
     """
     found = import_user_callable(key, name, known)(*given)
-    try:
-        values = np.asarray(found, float)
-    except (TypeError, ValueError):
-        raise CraftmeshError(
-            f"{key} {name} returned {found!r:.60}; expected {count} finite numbers"
-        ) from None
+    values = returned_array(f"{key} {name}", found, f"{count} finite numbers")
     if values.shape != (count,) or not np.isfinite(values).all():
         raise CraftmeshError(
             f"{key} {name} returned an invalid array of shape {values.shape}; expected {count} finite "

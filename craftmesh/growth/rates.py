@@ -9,7 +9,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import GrowthOptions
-from craftmesh.options import import_user_callable
+from craftmesh.options import import_user_callable, returned_array
 
 GRAIN = "GRAIN_"
 Key = int | str | None
@@ -211,12 +211,13 @@ class LocalRates(NamedTuple):
 
     def rate(self, cycle: LoadCycle) -> np.ndarray:
         """Return da/dN (n,) of the points in a load cycle; raise CraftmeshError for invalid values."""
-        rates = [np.asarray(law.rate(cycle), float) for law in self.laws]
+        expected = f"{len(self.which)} rates, 0 or above, one per front point"
+        rates = [returned_array("grow.rates: a law", law.rate(cycle), expected) for law in self.laws]
         for values in rates:
             if values.shape != self.which.shape or not (values >= 0).all():
                 raise CraftmeshError(
-                    f"grow.rates: a law returned an invalid array of shape {values.shape}; expected "
-                    f"{len(self.which)} rates, 0 or above, one per front point"
+                    f"grow.rates: a law returned an invalid array of shape {values.shape}; "
+                    f"expected {expected}"
                 )
         return np.stack(rates)[self.which, np.arange(len(self.which))]
 

@@ -241,7 +241,8 @@ def test_a_law_of_ones_own_is_taken_by_phase(monkeypatch):
         assert cycle.front.k.shape == (2, 3) and (cycle.ratio == 0.5).all()
         return 1e-9 * cycle.delta_k
 
-    monkeypatch.setitem(sys.modules, "own_rule", SimpleNamespace(linear=linear, low=lambda c: -c.delta_k))
+    functions = {"linear": linear, "low": lambda c: -c.delta_k, "words": lambda c: ["a", "b"]}
+    monkeypatch.setitem(sys.modules, "own_rule", SimpleNamespace(**functions))
     k = np.tile([10.0, 0, 0], (2, 1))
     front = FrontPoints.of(k, 1.0, phase=np.array([1, 2]), grain=np.array([1, 2]))
     options = GrowthOptions(rates=("1=own_rule:linear", "2=paris:1e-9,2"), stress_ratio=0.5)
@@ -250,6 +251,8 @@ def test_a_law_of_ones_own_is_taken_by_phase(monkeypatch):
     assert count.power == pytest.approx(1.5)  # the median of 1 and 2
     with pytest.raises(CraftmeshError, match="grow.rates: a law returned an invalid array"):
         kinks_and_extensions(front, GrowthOptions(rates=("own_rule:low",)))
+    with pytest.raises(CraftmeshError, match=r"a law returned \['a', 'b'\]; expected 2 rates, 0 or above"):
+        kinks_and_extensions(front, GrowthOptions(rates=("own_rule:words",)))
 
 
 @pytest.mark.parametrize(("ratio", "share"), [(0.0, 0.4), (0.3, -0.5), (0.5, 1.5)])
