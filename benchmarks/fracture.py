@@ -193,18 +193,24 @@ def _crystal(constants: tuple[float, float, float] = COPPER) -> Case:
     )
 
 
+def _by_formula(crack: dict, k1_at: Callable, **other) -> Case:
+    """A crack pulled by a stress on planes of the box; k1_at(points): K_I by a formula, in pure mode I."""
+
+    def k_of(points, *_frames):
+        k = k1_at(points)
+        return np.column_stack([k, 0 * k, 0 * k])
+
+    return Case(crack, {"tension": TENSION}, lambda *_: k_of, pulled=True, **other)
+
+
 def _semicircle() -> Case:
     crack = {"shape": "penny", "centre": (CENTRE[0], 0.0, CENTRE[2]), "radius": RADIUS}
 
-    def exact(*_):
-        def k_of(points, *_frames):
-            angle = np.arctan2(points[:, 1], np.abs(points[:, 0] - CENTRE[0]))
-            k = exact_cracks.newman_raju(angle, RADIUS, EDGE, EDGE / 2)
-            return np.column_stack([k, 0 * k, 0 * k])
+    def k1_at(points):
+        angle = np.arctan2(points[:, 1], np.abs(points[:, 0] - CENTRE[0]))
+        return exact_cracks.newman_raju(angle, RADIUS, EDGE, EDGE / 2)
 
-        return k_of
-
-    return Case(crack, {"tension": TENSION}, exact, pulled=True)
+    return _by_formula(crack, k1_at)
 
 
 def _quarter_ellipse(thickness: int) -> Case:
@@ -213,15 +219,11 @@ def _quarter_ellipse(thickness: int) -> Case:
     centre = (0.0, 0.0, voxels[2] / 2 + 0.1)
     crack = {"shape": "ellipse", "centre": centre, "semi_axes": (RADIUS, RADIUS / 2)}
 
-    def exact(*_):
-        def k_of(points, *_frames):
-            angle = np.arctan2(points[:, 1] / (RADIUS / 2), points[:, 0] / RADIUS)
-            k = exact_cracks.newman_raju_corner(angle, RADIUS / 2, RADIUS, thickness)
-            return np.column_stack([k, 0 * k, 0 * k])
+    def k1_at(points):
+        angle = np.arctan2(points[:, 1] / (RADIUS / 2), points[:, 0] / RADIUS)
+        return exact_cracks.newman_raju_corner(angle, RADIUS / 2, RADIUS, thickness)
 
-        return k_of
-
-    return Case(crack, {"tension": TENSION}, exact, size=RADIUS / 2, pulled=True, voxels=voxels)
+    return _by_formula(crack, k1_at, size=RADIUS / 2, voxels=voxels)
 
 
 def _half_ellipse(depth: float, voxels: tuple[int, int, int], angles: tuple, k1: tuple) -> Case:
