@@ -93,7 +93,7 @@ def test_a_mesh_opened_afterwards_is_the_mesh_that_was_assembled_with_its_crack(
     assert np.array_equal(found.points[: len(closed.points)], closed.points)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1))
 @example(18)  # the only front ends on another branch
 @example(4444)  # a front touches another branch between its ends

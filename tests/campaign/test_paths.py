@@ -13,9 +13,7 @@ from craftmesh.campaign.paths import read_path, refuse_unexpanded, written_path
 from craftmesh.errors import CraftmeshError
 
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
-IN_FOLDER = settings(
-    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+IN_FOLDER = settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 ODD = st.text("ab .-_~$()[]{}<>'\"`&;|*?!#%:,@=+\\äαß漢\n\t\0", min_size=1, max_size=12)
 
 

@@ -238,7 +238,7 @@ def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside_and_what_is_
     assert (sheet.rim.inside(sheet.uv(np.array([[5.5, 4, 8], [3, 1.5, 8], [0.5, 4, 8]]))) < 0).all()
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(
     normal=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda n: np.linalg.norm(n) > 0.1),
     radius=st.floats(0.5, 3.5),

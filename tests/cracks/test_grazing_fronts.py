@@ -38,7 +38,7 @@ def off_the_front(sheet, places: np.ndarray) -> np.ndarray:
     return np.linalg.norm(nearest_on_edges(places, sheet.points, edges.astype(np.int64)) - places, axis=1)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     gap=st.floats(0.0005, 0.95 * PREPARATION.front),
     degrees=st.floats(20.0, 160.0),

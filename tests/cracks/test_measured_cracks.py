@@ -157,7 +157,7 @@ def test_voxels_of_another_grid_and_of_two_pieces():
         crack_through_voxels(two, np.ones(3), np.zeros(3), BOX)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_a_polygon_is_filled_without_gaps_and_through_the_given_points(seed):
     random = np.random.default_rng(seed)

@@ -54,7 +54,7 @@ def quaternions(count=12):
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.floats(min_value=-1e300, max_value=1e300))
 def test_numbers_fit_a_field_and_read_back(value):
     text = number(value)
@@ -63,7 +63,7 @@ def test_numbers_fit_a_field_and_read_back(value):
     assert float(text) == (value if len(repr(value)) <= 20 else pytest.approx(value, rel=5e-13, abs=1e-310))
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.floats(min_value=1e-6, max_value=1e9))
 def test_coordinates_keep_every_bit_or_fifteen_digits(value):
     for signed in (value, -value):

@@ -37,7 +37,7 @@ def model_of(mesh: TetMesh, **options) -> ElasticModel:
     return elastic_model(mesh, ModelOptions(**options))[0]
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(
     scale=st.floats(1e-9, 1e9),
     load=st.sampled_from(("strain", "stress")),
@@ -74,7 +74,7 @@ def test_the_deck_has_scaled_points_and_moves_and_says_so(tmp_path, scale):
 
 
 @pytest.mark.parametrize("element", ["C3D4", "C3D10"])
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(power=st.floats(-12, -4))
 def test_the_factor_that_a_warning_names_is_enough(element, power):
     mesh, least = block(10**power), 10 ** (3 * power)

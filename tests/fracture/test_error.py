@@ -42,7 +42,7 @@ def found(scale=1.0, excess=0.0, spread=0.0, stiffness=ISOTROPIC, jump=0.0, clos
 
 
 @given(scale=st.floats(1e-6, 1e6), excess=st.floats(0, 0.2), spread=st.floats(0, 0.1))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_it_has_the_unit_of_k_and_each_sign_raises_it(scale, excess, spread):
     least = found()
     error = found(scale, excess, spread)

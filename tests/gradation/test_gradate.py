@@ -43,7 +43,7 @@ def edge_ratios(surface: Surface, sizing: Sizing, edges: np.ndarray) -> np.ndarr
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / sizing.at(ends.mean(1))
 
 
-@settings(deadline=None, max_examples=6)
+@settings(max_examples=6)
 @given(st.integers(0, 10_000), st.sampled_from([0.5, 1.5, 2.5, 4.0]))
 def test_random_polycrystals_keep_what_they_are(seed, l):
     before = polycrystal(seed)
@@ -57,7 +57,7 @@ def test_random_polycrystals_keep_what_they_are(seed, l):
     assert report["facets"] == [len(before.facets), len(after.facets)]
 
 
-@settings(deadline=None, max_examples=6)
+@settings(max_examples=6)
 @given(st.integers(0, 2**32 - 1))
 def test_the_order_and_turn_of_points_and_facets_make_no_difference(seed):
     random, before = np.random.default_rng(seed), polycrystal(3, n=12)

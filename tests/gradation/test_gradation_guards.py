@@ -78,7 +78,7 @@ def gradate_random(count: int, largest: int) -> tuple[list, int, int]:
     """
     broken, total = [], [0, 0]
 
-    @settings(deadline=None, max_examples=count, derandomize=True, database=None)
+    @settings(max_examples=count, derandomize=True, database=None)
     @given(seeds)
     def check(seed):
         case = random_case(seed, largest)
@@ -129,7 +129,7 @@ def test_the_checks_see_what_is_broken():
     assert any("open edges" in b for b in breaches(case, fewer))
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(seeds, st.booleans(), st.booleans())
 def test_exact_intersections_agree_with_the_kernel(seed, flat, shaken):
     rng = np.random.default_rng(seed)

@@ -52,7 +52,7 @@ def dense_points(corners: np.ndarray, n: int = 60) -> np.ndarray:
     return weights[(weights >= 0).all(1)] @ corners
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_facet_distance_is_that_of_its_nearest_point(seed):
     points = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
@@ -68,7 +68,7 @@ def test_distances_from_degenerate_facets():
     assert segment_distance2(points, 0, 0, points, 3) == pytest.approx(1.5**2 + 1)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_angle_score_marks_15_and_135_degrees(seed):
     points = np.random.default_rng(seed).uniform(-1, 1, (3, 3))
@@ -91,7 +91,7 @@ def on_crack(corners: np.ndarray):
     return by_reference(namedtuple("CrackArrays", arrays)(**arrays))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(seeds)
 def test_projections_find_the_nearest_place(seed):
     rng = np.random.default_rng(seed)
@@ -109,7 +109,7 @@ def test_projections_find_the_nearest_place(seed):
     assert slow - 0.02 <= np.linalg.norm(moved - place) <= slow + 1e-12
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(seeds, st.floats(0.01, 3))
 def test_the_nearest_triangle_is_found_within_reach_alone(seed, reach):
     rng = np.random.default_rng(seed)
@@ -229,7 +229,7 @@ def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
     assert len(witnesses) > 0 and all(np.array_equal(a, b) for a, b in zip(edges, gradation.edges()))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(seeds)
 def test_grid_query_agrees_with_all_pairs(seed):
     surface = two_cubes()

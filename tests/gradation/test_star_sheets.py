@@ -39,7 +39,7 @@ def meets(points: np.ndarray, new: np.ndarray, others: np.ndarray) -> bool:
     return any(triangles_intersect(points, *f, *g) for f, g in pairs)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seeds)
 def test_a_move_is_refused_where_its_facets_meet_any_others_pair_by_pair(seed):
     rng = np.random.default_rng(seed)
@@ -58,7 +58,7 @@ def test_a_move_is_refused_where_its_facets_meet_any_others_pair_by_pair(seed):
     assert sheets > 0
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(seeds)
 def test_cells_go_on_with_a_sheet_where_their_facets_are_of_its_patch_and_face_its_way(seed):
     rng = np.random.default_rng(seed)

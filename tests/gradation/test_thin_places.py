@@ -72,7 +72,7 @@ def test_strips_of_a_drawn_cylinder_get_edges_of_the_target(height):
     assert facet_angles(gradated.points, gradated.facets).min() > SOUND_ANGLE
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_no_split_leaves_a_facet_worse_than_the_worst_before_and_unsound(seed):
     rng = np.random.default_rng(seed)

@@ -52,7 +52,7 @@ def turned_at_random(rng, facets: np.ndarray) -> np.ndarray:
     return np.array([np.roll(f[:: rng.choice([1, -1])], rng.integers(3)) for f in facets])
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1))
 def test_sharpest_cosines_are_those_of_the_arms(seed):
     rng = np.random.default_rng(seed)
@@ -63,7 +63,7 @@ def test_sharpest_cosines_are_those_of_the_arms(seed):
     assert max(found.max(), -1.0) == pytest.approx(np.cos(np.radians(least_angle(points, facets))))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 7), st.integers(0, 4))
 def test_a_move_is_refused_where_the_arms_say_so(seed, count, others):
     """The hub of a fan moves; facets of other patches stand on its rim."""

@@ -164,7 +164,7 @@ def check_grown_in_part(crack, rows, rest, grown):
     kink=st.floats(-0.5, 0.5),
     smoothing=st.sampled_from(["fit", "none"]),
 )
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_arcs_of_a_front_stay_exactly_where_they_are(name, arcs, kink, smoothing):
     def goes(at):
         return ~np.any([np.mod(at - start, 1) <= length for start, length in arcs], axis=0)

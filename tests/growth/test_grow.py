@@ -164,7 +164,7 @@ def test_five_increments_make_one_sheet():
     normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda way: 0.3 < np.linalg.norm(way)),
     sliding=st.floats(-0.3, 0.3),
 )
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_a_crack_that_leaves_by_several_faces_ends_in_the_body_at_its_fronts_alone(
     middle, near, normal, sliding
 ):

@@ -29,7 +29,7 @@ def grains() -> Surface:
 
 
 @pytest.mark.parametrize("sheet", SHEETS)
-@settings(deadline=None, max_examples=1, phases=[Phase.generate])
+@settings(max_examples=1, phases=[Phase.generate])
 @given(seed=st.integers(0, 2**32 - 1))
 def test_a_crack_comes_in_alike_however_its_facets_are_given(grains, sheet, seed):
     points, triangles = SHEETS[sheet]

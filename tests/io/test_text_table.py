@@ -128,7 +128,7 @@ NUMBERS = st.floats(-1e12, 1e12, allow_subnormal=False).map(lambda x: x + 0.0)
 NAMES = st.lists(st.from_regex(r"[a-wA-W][a-zA-Z0-9_]{0,6}", fullmatch=True), max_size=3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=6),
     NAMES.filter(lambda names: len({name.casefold() for name in names}) == len(names)),

@@ -41,7 +41,7 @@ def test_hexagonal_constants_are_those_of_the_tensor():
     assert np.allclose(np.einsum("ijkl,kl->ij", tensor, strain), stress, rtol=1e-14)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0, 2 * np.pi), st.integers(0, 2**32 - 1))
 def test_hexagonal_crystals_turn_as_tensors_and_about_c_not_at_all(angle, seed):
     stiffness = Material("hexagonal", TITANIUM).stiffness()

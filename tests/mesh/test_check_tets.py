@@ -134,7 +134,7 @@ def test_each_planted_breach_is_named(said):
     assert all("\n" not in breach and breach.endswith(".") for breach in found)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.data())
 def test_a_front_node_that_comes_apart_in_any_way_is_a_breach(data):
     mesh = sound()

@@ -26,7 +26,7 @@ def noise(seed, lowest=1):
     return labels
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(SEEDS)
 def test_noise_gives_closed_untied_grains_that_fill_the_box(seed):
     labels = noise(seed)
@@ -38,7 +38,7 @@ def test_noise_gives_closed_untied_grains_that_fill_the_box(seed):
     assert sum(volumes.values()) == pytest.approx(labels.size, rel=1e-12)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(SEEDS)
 def test_every_edge_of_a_grain_has_two_facets(seed):
     surface = Surface(*march(noise(seed)))
@@ -47,7 +47,7 @@ def test_every_edge_of_a_grain_has_two_facets(seed):
         assert (unique_edges(mine)[2] == 2).all()
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(SEEDS)
 def test_open_exterior_keeps_the_grains_closed(seed):
     labels = noise(seed, lowest=0)
@@ -79,7 +79,7 @@ def test_an_enclosed_void_keeps_its_label():
     assert void.any() and (surface.kind[void] == INTERFACE).all()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(SEEDS)
 def test_two_labels_agree_with_scikit_image(seed):
     """On ambiguous faces `lorensen` cuts off the larger values, we the label with more voxels: 1."""

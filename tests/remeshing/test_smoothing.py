@@ -63,7 +63,7 @@ def test_lines_are_drawn_along_lines_only():
         assert all((min(v, w), max(v, w)) in line_edges for w in ends)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1))
 def test_noise_ends_free_of_intersections_with_exact_planes(seed):
     rng = np.random.default_rng(seed)

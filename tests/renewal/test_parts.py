@@ -57,7 +57,7 @@ def test_a_mesh_closed_again_has_the_surface_that_it_was_assembled_from(void):
     assert len(front_edges(whole.surface)) == len(front_edges(surface)) > 0
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.floats(0.02, 0.9))
 def test_any_part_put_back_unchanged_gives_the_mesh_with_its_numbers(seed, share):
     _, mesh = cracked()

@@ -51,7 +51,7 @@ def test_lengths_grow_no_faster_than_the_distance_where_nobody_asks_for_it():
     assert at_radius(steep, 2.05) == pytest.approx(2.0) and at_radius(steep, 2.1) == pytest.approx(3.0)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     st.floats(0.1, 1), st.floats(0, 2), st.floats(0, 3), st.floats(0, 9), st.floats(0, 9), st.floats(0.2, 4)
 )
@@ -113,7 +113,7 @@ def test_densify_keeps_points_and_bounds_steps():
         densify(line, 0.0)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.05, 2.0), st.floats(0.3, 5.0), st.floats(0.0, 6.0), st.floats(0.0, 6.0))
 def test_limit_is_the_largest_function_below_that_grows_no_faster(growth, exponent, r0, width):
     plain = Sizing(0.5, 1.0, 4.0, r0, r0 + width, exponent, ORIGIN, FREE)

@@ -28,7 +28,7 @@ def random_sizing(seed: int, sources: int, fields: int, growth: float | None) ->
     return Sizing(l_min, l0, l_max, r0, r1, rng.uniform(0.3, 3), around, growth, tuple(others))
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.integers(0, 30), st.integers(0, 3), st.sampled_from([None, 0.2, 1.0]))
 def test_a_sizing_comes_back_bit_for_bit(tmp_path_factory, seed, sources, fields, growth):
     folder = tmp_path_factory.mktemp("sizing")

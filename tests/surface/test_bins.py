@@ -13,7 +13,7 @@ def plain_cells(places, low, width, shape):
     return [[min(max(int((x - a) / width), 0), n - 1) for x, a, n in zip(p, low, shape)] for p in places]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6), st.floats(0.3, 3.0))
 def test_bins_hold_each_box_once_in_every_cell_that_it_meets(seed, width):
     rng = np.random.default_rng(seed)

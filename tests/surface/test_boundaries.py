@@ -18,7 +18,6 @@ def array(facets):
     return np.array(facets, np.int64).reshape(-1, 3)
 
 
-@settings(deadline=None)  # the first example compiles
 @given(FACETS, st.randoms(use_true_random=False))
 def test_edges_are_open_where_a_label_has_them_more_often_one_way(facets, random):
     sides = [(random.choice((-1, 0, 2, 2**31 - 1)), random.choice((0, 2))) for _ in facets]
@@ -32,7 +31,6 @@ def test_edges_are_open_where_a_label_has_them_more_often_one_way(facets, random
     assert open_edges(array(facets), np.array(sides), POINTS).tolist() == expected
 
 
-@settings(deadline=None)  # the first example compiles
 @given(st.lists(FACETS, min_size=1, max_size=4), st.randoms(use_true_random=False))
 def test_shells_of_a_grain_are_those_that_points_join(grains, random):
     start = np.cumsum([0, *map(len, grains)])
@@ -46,7 +44,7 @@ def test_shells_of_a_grain_are_those_that_points_join(grains, random):
     assert outer_shells(facets, start, swept, POINTS).tolist() == expected
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-6, 0.02, 0.2]))
 def test_close_pairs_are_those_of_all_pairs(seed, reach):
     rng = np.random.default_rng(seed)

@@ -31,7 +31,7 @@ def slow_rank(surface: Surface, v: int) -> int:
     return ON_LINE if met else IN_PATCH
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(6, 40), st.sampled_from([6, 9, 40]))
 def test_ranks_of_any_facets(seed, facets, points):
     surface = random_soup(seed, facets, points)
@@ -64,7 +64,7 @@ def test_planes_and_crack_hold_the_coordinates_of_their_points():
     assert classes.free.tolist() == [[not h and v not in (1, 4, 5) for h in held[v]] for v in range(6)]
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_the_front_is_where_its_edges_end(seed):
     surface = random_soup(seed)

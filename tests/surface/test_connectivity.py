@@ -1,14 +1,13 @@
 """Points with the same coordinates are told by one of them, others with the same key by themselves."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from craftmesh.surface.connectivity import lowest_equal_point
 
 
 # pi along x has the key of 1 along z
-@settings(deadline=None)  # the first example compiles
 @given(st.lists(st.sampled_from([-1.0, 0.0, -0.0, 1.0, 1e-300, np.e, np.pi]), max_size=60))
 def test_equal_points_have_the_lowest_of_them(numbers):
     points = np.array(numbers[: len(numbers) // 3 * 3], float).reshape(-1, 3)

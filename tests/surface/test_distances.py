@@ -8,7 +8,7 @@ from plain_distances import triangle_distances
 from craftmesh.surface.measure import nearest_facet
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1))
 def test_the_nearest_of_all_facets_tells_distance_and_side(seed):
     rng = np.random.default_rng(seed)

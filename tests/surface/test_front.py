@@ -40,7 +40,7 @@ def random_soup(seed: int) -> Surface:
     return Surface(rng.normal(size=(points, 3)), facets, sides, kind)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(st.integers(0, 2**32 - 1))
 def test_fronts_and_ears_are_those_found_edge_by_edge(seed):
     surface = random_soup(seed)

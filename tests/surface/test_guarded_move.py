@@ -27,7 +27,7 @@ def turns(surface: Surface, points: np.ndarray) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(np.einsum("ij,ij->i", before, after) / size, -1, 1)))
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(
     st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.5, 2.0]), st.sampled_from([MoveBounds(), SETTLING])
 )

@@ -43,7 +43,7 @@ def slow_features(surface: Surface) -> dict[tuple, bool]:
     return {edge: len(found) != 2 or found[0] != found[1] for edge, found in met.items()}
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_patches_are_numbered_by_labels_and_kind(seed):
     surface = random_soup(seed)
@@ -54,7 +54,7 @@ def test_patches_are_numbered_by_labels_and_kind(seed):
     assert found.first_facet.tolist() == [names.index(name) for name in order]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_feature_edges_are_where_patches_meet(seed):
     surface = random_soup(seed)
@@ -70,7 +70,7 @@ def test_feature_edges_are_where_patches_meet(seed):
     assert all(np.array_equal(a, b) for a, b in zip(features, known))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_orienting_keeps_facets_between_their_labels(seed):
     surface = random_soup(seed)

@@ -67,7 +67,7 @@ def is_flat(points, triangle):
     return not np.cross(p[1] - p[0], p[2] - p[0]).any()
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.lists(st.tuples(SMALL, SMALL, SMALL), min_size=6, max_size=6, unique=True), st.integers(0, 2))
 def test_agrees_with_exact_clipping(points, shared):
     """Coordinates on a coarse grid make touching and coplanar pairs frequent."""
@@ -78,7 +78,7 @@ def test_agrees_with_exact_clipping(points, shared):
     assert triangles_intersect(points, *a, *b) == intersect_slowly(points, a, b)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(
     st.lists(st.tuples(SMALL, SMALL), min_size=6, max_size=6, unique=True),
     st.integers(0, 2),
@@ -92,7 +92,7 @@ def test_agrees_in_a_plane_of_the_box_whatever_the_axis(points, shared, axes):
     assert triangles_intersect(points, *a, *b) == intersect_slowly(points, a, b)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 2))
 def test_does_not_depend_on_order_or_placement(seed, shared):
     rng = np.random.default_rng(seed)
@@ -131,7 +131,7 @@ def random_soup(seed, count):
     return points, facets
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_the_grid_finds_what_all_pairs_find(seed):
     points, facets = random_soup(seed, 60)
@@ -143,7 +143,7 @@ def test_the_grid_finds_what_all_pairs_find(seed):
     assert intersecting_pairs(points, facets).tolist() == [list(pair) for pair in expected]
 
 
-@settings(deadline=None, max_examples=12)
+@settings(max_examples=12)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.05, 0.3, 0.6, 1.0]))
 def test_surfaces_with_stars_of_any_kind_are_searched_as_all_pairs(seed, size):
     """Points go astray: little enough for even stars, or so far that facets fold and cross."""

@@ -20,7 +20,7 @@ def fan(angles, labels, turned):
     return np.array(points, float), np.array(facets), np.array(sides)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1))
 def test_sectors_of_a_fan_have_their_angles_and_labels(seed):
     rng = np.random.default_rng(seed)

@@ -34,7 +34,7 @@ from craftmesh.tetrahedra.surface_moves import is_stretched
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.integers(0, 10**6), st.floats(0.02, 1.0))
 def test_weights_tell_flat_poor_stretched_and_sound_tets(seed, flatness):
     corners = random_tet(seed, flatness)
@@ -101,7 +101,7 @@ def whole_weight(state):
     return weight_of(state, living, len(living))
 
 
-@settings(max_examples=2, deadline=None)
+@settings(max_examples=2)
 @given(st.integers(0, 10**6))
 def test_passes_leave_fewer_tets_at_fault_and_end(seed):
     points, tets, frozen = random_ball(seed, count=40)

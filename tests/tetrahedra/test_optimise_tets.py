@@ -69,7 +69,7 @@ def shape_factor(corners):
     return shape_measures(corners, np.array([[0, 1, 2, 3]]))[0, 4]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10**6), st.floats(0.05, 1.0))
 def test_kernels_agree_with_plain_measures(seed, flatness):
     corners = random_tet(seed, flatness)
@@ -96,7 +96,7 @@ def random_tet(seed, flatness):
     return corners[[0, 2, 1, 3]] if volume < 0 else corners
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.integers(0, 10**6), st.floats(0.05, 0.6))
 def test_no_tet_is_poor_at_a_quality_of_poor(seed, flatness):
     corners = random_tet(seed, flatness)
@@ -153,7 +153,7 @@ def aspect_ratios(points, tets):
     return np.array([aspect_ratio_at(points, a, b, c, *points[d]) for a, b, c, d in tets])
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(st.integers(0, 10**6))
 def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     points, tets, frozen = random_ball(seed)
@@ -289,7 +289,7 @@ def swapped_for_aspect(seed, blocked, fall=FALL):
     return points, tets, frozen, state, work.done.sum(), mean
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.integers(0, 10**6))
 def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_volume(seed):
     points, tets, frozen, state, swaps, mean = swapped_for_aspect(seed, np.zeros((0, 3)))
@@ -308,7 +308,7 @@ def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_
     assert better.tobytes() == mesh_of(swapped_for_aspect(seed, np.zeros((0, 3)))[3], frozen)[1].tobytes()
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.integers(0, 10**6))
 def test_swaps_that_may_raise_the_sum_raise_it_by_no_more_and_keep_the_worst(seed):
     points, tets, frozen, state, swaps, mean = swapped_for_aspect(seed, np.zeros((0, 3)), -0.5)
@@ -351,7 +351,7 @@ def plain_contraction(points, tets, v, floor, reference, reach):
     return min(excess, default=np.inf), (aspect_ratios(points, star) - reference).sum()
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.integers(0, 10**6))
 def test_a_contraction_for_aspect_is_the_best_of_all_and_lowers_the_sum(seed):
     points, tets, frozen, _ = crowded_ball(seed)
@@ -393,7 +393,7 @@ def fans(ring):
                 yield [(ring[0], ring[j], ring[-1]), *left, *right]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6), st.integers(3, 7), st.sampled_from([FALL, -0.5, -2.0]))
 def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, count, fall):
     rng = np.random.default_rng(seed)

@@ -42,7 +42,7 @@ def ratios_of(points, faces, limit=FLAT):
     return RatioCone(table, np.full(room, np.nan), len(faces), limit)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10**6))
 def test_the_sum_of_ratios_is_that_of_the_tets_one_by_one(seed):
     points, faces = star(seed)

@@ -181,7 +181,7 @@ def test_every_step_says_its_share_and_its_option():
         assert option in change and re.search(words, change), (option, change)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 2**31 - 20), min_size=4, max_size=4, unique=True).map(sorted),
@@ -211,7 +211,7 @@ def test_volumes_without_boundary_are_refused():
     assert clean(voxels(holed))[1]["grains"] == 1
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.integers(0, 6), st.booleans())
 def test_noise_becomes_clean(seed, minimum, split):
     labels = np.random.default_rng(seed).integers(-1, 4, (6, 7, 5)).astype(np.int32)

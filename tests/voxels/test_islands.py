@@ -113,7 +113,7 @@ def test_seed_of_a_bent_body_lies_in_it_with_anisotropic_spacing():
         island.seeds[0] = 0
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 10**6))
 def test_islands_are_what_a_host_cuts_off(seed):
     rng = np.random.default_rng(seed)
