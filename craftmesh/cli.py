@@ -15,7 +15,7 @@ from craftmesh.processes.warm import serve, status_of
 def main(argv: list[str] | None = None) -> int:
     """Run one subcommand and return the exit status; an error is one line on stderr, without a traceback.
 
-    argv: the words after `craftmesh`; None takes those of the command line. Only then, a running server
+    argv: the words after `craftmesh`; None: the words of the command line. Only then, a running server
     process (`processes/warm`), which has the modules loaded, runs the subcommand instead.
     """
     began = time.monotonic()

@@ -128,7 +128,7 @@ class Campaign:
         return {"before": f"{before}/volume.vtu", "sizing_before": f"{before}/sizing.npz", **numbers}
 
     def renew_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh renew`: its own flags and those of the stages that it calls."""
+        """Return the flags of `craftmesh renew`: its own and the flags of the stages that it calls."""
         settings = self.cases[case].settings
         stitch = fields_of(InsertOptions, settings["stitch"])
         return command_flags(settings["renew"] | stitch | settings["gradate"] | settings["tetrahedralize"])

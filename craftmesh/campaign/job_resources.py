@@ -177,7 +177,8 @@ def cluster_node(keys: Mapping[str, Any]) -> Node:
 def _smallest() -> str:
     """Return processors and megabytes of the smallest node as text, "" without Slurm.
 
-    The nodes are those of Slurm's default partition if it has one. Both numbers are minima by themselves.
+    Only nodes of Slurm's default partition count, or all nodes if there is none. The two smallest numbers
+    may belong to different nodes.
     """
     command = ["sinfo", "--noheader", "--Node", "--format", "%P %c %m"]
     try:

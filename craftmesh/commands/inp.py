@@ -49,7 +49,7 @@ def _with_layers(
 ) -> tuple[ElasticModel, CohesiveLayers]:
     """Return the model opened along grain boundaries, and its cohesive layers.
 
-    The loads are those of the body before it is opened. known: as from `known_of_files`.
+    The loads are kept from the body before it is opened. known: as from `known_of_files`.
     """
     pairs = grain_pairs(model.mesh)
     laws = laws_of_pairs(options.cohesive, pairs, model, known.get("phases"), known.get("crystals"))

@@ -271,7 +271,7 @@ def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: i
 
     It is the larger of the total time per core and the time of the longest case. Chunks of an increment's
     tetrahedra run in parallel; increments of a case whose crack grows or whose meshes are renewed run one
-    by one, those of other cases in parallel.
+    by one, increments of other cases in parallel.
     """
     shared = sum(one.seconds for _, one in efforts) / cores
     chains = [0.0]

@@ -111,10 +111,9 @@ class KErrorIndicators(NamedTuple):
 
 
 # Weights of the indicators, set on eight cases of benchmarks/fracture.py with five edges to the crack
-# radius. The errors of the penny, the penny with a Poisson's ratio of 0.49, the crystals and the lens are
-# against exact answers, those of the lens, the strip and the polycrystal against meshes of edges half as
-# long. `change` is set on the polycrystals and bodies of two materials there. docs/fracture.md has all
-# cases.
+# radius. K of the penny, the penny with a Poisson's ratio of 0.49, the crystals and the lens was compared
+# with exact answers, K of the lens, the strip and the polycrystal with K on meshes of edges half as long.
+# `change` is set on the polycrystals and bodies of two materials there. docs/fracture.md has all cases.
 WEIGHTS = KErrorIndicators(
     mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.5, end=0.045
 )

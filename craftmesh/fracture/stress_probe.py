@@ -82,8 +82,8 @@ def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
 def _largest(angles: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the angle (k,) in degrees and the value (k,) of the largest stress in rows of `pull` (k, a).
 
-    The stresses at angles (a,) are first fitted by smooth terms, because they jump between elements; the
-    terms are those of the first three powers of r in Williams' series. NaN if too few are finite.
+    The stresses at angles (a,) are first fitted by smooth terms, because they jump between elements: by
+    the terms of the first three powers of r in Williams' series. NaN if too few are finite.
     """
     fine = np.radians(np.arange(-WIDEST, WIDEST + FINE / 2, FINE))
     angle, value = np.full(len(pull), np.nan), np.full(len(pull), np.nan)

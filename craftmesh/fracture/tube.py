@@ -203,7 +203,7 @@ def _faces(
 ) -> tuple[np.ndarray, ...]:
     """Return the outer faces (f, 2) of the chosen elements, then face_side, at_front, loaded and traction.
 
-    The arrays are those of `Tube`. The element in a face is its row in `chosen`. lips: names of the lip
+    `Tube` describes these arrays. The element in a face is its row in `chosen`. lips: names of the lip
     face sets of the front's own crack; side (e,): side of each chosen element.
     """
     mesh = solved.mesh

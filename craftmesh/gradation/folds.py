@@ -15,8 +15,8 @@ from craftmesh.surface.patches import Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
 
 # Degrees: smallest angle between the normals of two neighbouring crack facets that makes their edge a fold.
-# Normals averaged across a sharper fold would differ from those of both sides by the normal tolerance, so
-# that no operation could change the facets next to it.
+# A normal averaged across a sharper fold would differ from the normals of both sides by the normal
+# tolerance, so that no operation could change the facets next to it.
 FOLD = 50.0
 # Degrees: smallest angle of a facet whose normal is meaningful.
 FLATTEST = 1.0

@@ -231,8 +231,8 @@ def _strip(
 def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return for each front the indices of the places (n, 3) on it, and their ascending arc lengths.
 
-    places: those of the rows of sif.csv. Raise CraftmeshError for a row farther than the row spacing from
-    all fronts, and for a front without rows.
+    places: the places of the rows of sif.csv. Raise CraftmeshError for a row farther than the row spacing
+    from all fronts, and for a front without rows.
     """
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, places)

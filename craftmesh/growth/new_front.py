@@ -109,7 +109,7 @@ def new_front(
     box (2, 3); frame (3, 3): rows u, v, normal; loops are found in the plane (u, v). Ends of an open front
     that lie on a box plane move beyond it. A concave front that moves farther than its radius forms loops;
     they are cut off. Points without a move stay. No spline runs through the corners that this leaves.
-    repairs: counts of loops and ends that are cut off; those of this front are added.
+    repairs: counts of loops and ends that are cut off, to which this front's are added.
     """
     repairs = Counter() if repairs is None else repairs
     points, origin = old.points + moves, old.arc

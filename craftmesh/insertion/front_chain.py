@@ -28,7 +28,8 @@ class FrontChain:
     """The front's edges in a cut surface, and its new points.
 
     edges (k, 3): two point ids, and the number of the interval between pierce points that contains the
-    edge. uv (n, 2): parameters of the new points, whose ids follow those of the surface.
+    edge. uv (n, 2): parameters of the new points; their ids begin after the last point of the
+    surface.
     """
 
     edges: np.ndarray

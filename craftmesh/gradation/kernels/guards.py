@@ -45,7 +45,7 @@ def refusal(state, grid, limits, star, floor, rise):
 
     New facets must have the angle score `floor`, or, if that is less, the smallest score of the old facets
     plus `rise`. More score is better; it is 1 at a smallest angle of 15 or a largest of 135 degrees. Guards
-    with infinite limits are skipped, except those of shape and intersection.
+    with infinite limits are skipped, except the guards of shape and of intersection.
     """
     reason = shape_refusal(state, star, floor, rise, limits.cosine, limits.longest)
     if reason != DONE:

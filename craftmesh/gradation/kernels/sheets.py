@@ -156,7 +156,7 @@ def _height(points, sheet, v):
 
 @lean_kernel
 def keep_foreign(state, grid, star, sheet, near):
-    """Keep, of the first `near` facets in grid.candidate, those of other patches that may meet new facets.
+    """Keep the facets of other patches that may meet new facets, of the first `near` in grid.candidate.
 
     Return their number. Return -1 if the star is not a sheet: a candidate of its patch has another normal,
     or a candidate of another patch lies within the heights of the star.
