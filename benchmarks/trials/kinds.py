@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.types import Voxels
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -67,9 +68,7 @@ def _place(rng: np.random.Generator, box: np.ndarray, shape: str) -> tuple[np.nd
     tilt, turn = np.radians(rng.uniform(0, STEEPEST)), rng.uniform(0, 2 * np.pi)
     turn = 0.0 if shape == "through" else turn
     normal = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
-    across = np.cross(normal, [1.0, 0.0, 0.0])
-    across /= np.linalg.norm(across)
-    return centre, np.stack([np.cross(across, normal), across, normal])
+    return centre, frame_along(normal, np.array([1.0, 0.0, 0.0]))
 
 
 def _sheet(
