@@ -23,8 +23,9 @@ EDGE, CENTRE, RADIUS = 60, np.array([30.2, 29.8, 30.1]), 6.0
 TENSION = np.diag([0.0, 0, 1])
 SHEAR = np.array([[0.0, 0, 1], [0, 0, 0], [1, 0, 0]])
 MIXED = np.array([[0, 0, 0.7], [0, 0, 0.3], [0.7, 0.3, 0.5]])
-# Residuals of the first solution, whose opening corrects K of a penny by 0.6 %, and of the second.
-ROUGH, FINE = 1e-3, 1e-7
+# Residuals of the first solution, whose opening corrects K of a penny by 0.6 %, of the first solution with
+# friction, and of the second solution.
+ROUGH, SLIDING, FINE = 1e-3, 1e-5, 1e-7
 TABLE = RADIUS / 60  # distance of the places at which a table gives tractions on lips
 CAP = RADIUS / 20  # edges of the cap's triangles
 INCLUSION, HEAT = 6.0, 1e-3  # radius and eigenstrain of the hot inclusion
@@ -67,10 +68,10 @@ class Case:
     grains: their number; layered: two grains, their boundary amid the box across that axis; stiffer:
     the second's modulus over the first's; beside: another crack; path: x and z of the points of a crack
     through the box along y; halved: errors are those against edges half as long; closed: the lips press
-    on each other, without friction; pressed: the stress across the crack acts on its lips, and none far
-    away; by_place: so does the one of exact_cracks.LIP_LOADS that the load names, from a table;
-    residual: from a table of residual stress; field: a StressField, from which they come; grown: edges
-    grow as fast as they may from the front on; hot: the middle of an inclusion, grain 2, whose
+    on each other, with this coefficient of friction; pressed: the stress across the crack acts on its lips,
+    and none far away; by_place: so does the one of exact_cracks.LIP_LOADS that the load names, from a
+    table; residual: from a table of residual stress; field: a StressField, from which they come; grown:
+    edges grow as fast as they may from the front on; hot: the middle of an inclusion, grain 2, whose
     eigenstrain is HEAT along all axes; nothing else loads the body then.
     """
 
@@ -92,6 +93,7 @@ class Case:
     path: tuple[tuple[float, float], ...] | None = None
     halved: bool = False
     closed: bool = False
+    friction: float = 0.0
     pressed: bool = False
     by_place: bool = False
     residual: bool = False
@@ -112,15 +114,16 @@ def _penny(degrees: float, loads: dict, poisson: float = POISSON) -> Case:
     )
 
 
-def _closed(degrees: float) -> Case:
-    """A penny under pressure: its lips slide, and pass on all of the stress across them."""
+def _closed(degrees: float, friction: float = 0.0) -> Case:
+    """A penny under pressure: its lips pass on the stress across them, and slide if friction lets them."""
     open_penny = _penny(degrees, {"pressure": -TENSION})
+    slides = max(1 - friction / np.tan(np.radians(degrees)), 0.0)
 
     def exact(stress, tensor):
         k_of = open_penny.exact(stress, tensor)
-        return lambda *frames: k_of(*frames) * [0, 1, 1]
+        return lambda *frames: k_of(*frames) * [0, slides, slides]
 
-    return replace(open_penny, exact=exact, closed=True)
+    return replace(open_penny, exact=exact, closed=True, friction=friction)
 
 
 def _by_place(grown: bool) -> Case:
@@ -249,6 +252,8 @@ CASES = {
     "closed 30": _closed(30),
     "closed 45": _closed(45),
     "closed 60": _closed(60),
+    "friction 0.3": _closed(45, 0.3),
+    "friction 0.6": _closed(45, 0.6),
     "ellipse 2:1": _ellipse(8.0, 4.0),
     "ellipse 25:6": _ellipse(12.5, 3.0),
     "crystal": _crystal(),
@@ -406,11 +411,13 @@ def solved(case: Case, model, stress, tensor):
     if case.hot:
         uniform += exact_cracks.round_inclusion(mesh.points[outer], *ball(mesh), HEAT)
     moved = uniform
-    for tolerance in (ROUGH, FINE):
+    # ROUGH does not find all lips that touch
+    for tolerance in (SLIDING if case.friction else ROUGH, FINE):
         held = tuple(Fixed(outer, axis, moved[:, axis]) for axis in range(3))
         options = SolveOptions(tolerance=tolerance, contact=case.closed)
-        solution, _ = solve(replace(model, load=Load(held, (), pulled, heat)), options)
-        if tolerance == ROUGH:
+        load = Load(held, (), pulled, heat)
+        solution, _ = solve(replace(model, load=load, lip_friction=case.friction), options)
+        if tolerance != FINE:
             places, jumps, normals = openings(mesh, solution.displacement)
             far = exact_cracks.displacements_of_opening(mesh.points[outer], places, jumps, normals, tensor)
             moved = uniform + far

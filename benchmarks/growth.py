@@ -7,6 +7,7 @@ import argparse
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from grown.broken_through import broken_through, into_hole
@@ -25,6 +26,7 @@ CASES: dict[str, Callable[[Path], list[Check]]] = {
     "straight": straight,
     "hole": hole,
     "closed": closed,
+    "closed with friction": partial(closed, friction=0.3),
     "unopened": unopened,
     "half closed": half_closed,
     "broken through": broken_through,

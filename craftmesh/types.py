@@ -303,8 +303,8 @@ class Solution(Frozen):
 
     displacement (n, 3) float64; reactions (n, 3) float64: the supports' forces on the body, 0 at free
     nodes. record: the solver's name and its figures by name (residual, iterations, ...), plain numbers and
-    texts. contact (n, 3) float64: the forces by which touching crack faces push each other apart; None if
-    contact was not asked for or no crack faces would overlap. history: for a load in steps, arrays (k,) by
+    texts. contact (n, 3) float64: the forces of touching crack faces on each other; None if contact was
+    not asked for or no crack faces would overlap. history: for a load in steps, arrays (k,) by
     name, one value per increment: `time`, and the nominal strain and stress of faces that move or are
     pulled, such as `ZMAX.z strain`. The fields above are those at the end of the history.
     """

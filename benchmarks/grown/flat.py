@@ -21,7 +21,7 @@ generate: {{shape: [40, 40, 40], spacing: [5.0, 5.0, 5.0], grains: 4}}
 sizing: {{l0: 1.5, l_min: 0.6, l_max: 25.0, r0: 4.0, r1: 40.0}}
 cracks: {{crack: {{{crack}}}}}
 grow: {{{grow}}}
-inp: {{material: ["isotropic:70000,0.3"], load: stress, magnitude: {stress}}}
+inp: {{material: ["isotropic:70000,0.3"], load: stress, magnitude: {stress}, lip_friction: {friction}}}
 """
 
 
@@ -57,9 +57,9 @@ def ellipse(folder: Path) -> list[Check]:
     return [*checks, Check("cycles over those of the axes' path", found / cycles, 1.0, 0.02)]
 
 
-def in_large_body(crack: str, grow: str, stress: float = 1.0) -> str:
+def in_large_body(crack: str, grow: str, stress: float = 1.0, friction: float = 0.0) -> str:
     """Return the configuration of a crack near CENTRE in a body under a stress along z."""
-    return CONFIG.format(crack=crack, grow=grow, stress=stress)
+    return CONFIG.format(crack=crack, grow=grow, stress=stress, friction=friction)
 
 
 def _grown(folder: Path, crack: str) -> Path:

@@ -16,6 +16,10 @@ from craftmesh.types import TetMesh
 # times as much stiffness CalculiX takes up to 12 iterations per increment where lips meet, instead of 8.
 # CalculiX' default (50 E) depends on the unit of length.
 _PENALTY = 1e3
+# Stiffness of sticking lips against slip, in units of the contact stiffness. In a block that is cut
+# through, pressed and sheared, the shear force of CalculiX then differs by 0.3 % from the built-in
+# solver's. It differs by 1.8 % with 0.01, and by 0.2 % with 1, with 13 iterations instead of 9.
+_STICKING = 0.1
 
 _NAME = "PLATE_{}"
 # Radius of a plate over the distance of a face's corners from its middle: the compressed body spreads, and
@@ -24,13 +28,20 @@ _RADIUS = 2.0
 
 
 def contact_lines(model: ElasticModel) -> Iterator[str]:
-    """Yield a frictionless contact pair for the two lips (crack faces) of each crack, if there are any."""
+    """Yield a contact pair for the two lips (crack faces) of each crack, if there are any.
+
+    The second value of *FRICTION is CalculiX's slope of the shear stress over the slip where lips stick.
+    For Abaqus it is a slip rate, which a table of one row does not depend on.
+    """
     mesh = model.mesh
     lips = [name for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)]
     if lips:
         stiffness = _PENALTY * model.stiffness().max() / np.ptp(mesh.box, axis=0).max()
         yield "*SURFACE INTERACTION, NAME=LIPS\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n"
         yield f"{number(float(stiffness))}\n"
+        if model.lip_friction:
+            slope = float(_STICKING * stiffness)
+            yield f"*FRICTION\n{number(model.lip_friction)}, {number(slope)}\n"
     for name in [name for name in lips if name.endswith("A")]:
         yield f"*CONTACT PAIR, INTERACTION=LIPS, TYPE=SURFACE TO SURFACE\n{name}, {name[:-1]}B\n"
 

@@ -44,7 +44,7 @@ class DeckOptions(ModelOptions):
         "increments= in it at least (20), and for cycles R= valley over peak (0) and cycles= (1); NAME/ in "
         "front of a step names its load case or sum",
     )
-    lip_contact: bool = option(False, "frictionless contact between the lips of each crack")
+    lip_contact: bool = option(False, "contact between the lips of each crack")
     cohesive: tuple[str, ...] = option(
         (),
         "zero-thickness cohesive elements on grain boundaries, only in the deck, for Abaqus: "

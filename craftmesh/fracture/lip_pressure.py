@@ -49,7 +49,7 @@ NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, len(triang
 def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray | None) -> FaceTractions:
     """Return all tractions on the lips (crack faces) of a 10-node mesh: the given ones and contact's.
 
-    contact (n, 3): forces by which touching lips push each other apart, None without contact.
+    contact (n, 3): forces of touching lips on each other, None without contact.
     """
     parts = [contact_tractions(mesh, contact)]
     for part in given:
@@ -62,25 +62,27 @@ def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray 
 def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTractions:
     """Return the tractions of contact on both lips of a 10-node mesh.
 
-    contact (n, 3): nodal forces by which touching lips push each other apart; None: no tractions. The
-    pressure is linear on each facet and continuous. Its work in displacements by the shape functions fits
-    the work of the forces.
+    contact (n, 3): nodal forces of touching lips on each other; None: no tractions. Pressure and friction
+    are linear on each facet and continuous. Their work in displacements by the shape functions fits the
+    work of the forces.
     """
     if contact is None or not contact.any():
         return NO_TRACTIONS
     pairs = lip_pairs(mesh)
-    push = np.einsum("pi,pi->p", pairs.normal, contact[pairs.nodes[:, 0]])
-    pressure = _pressures(mesh, pairs, push)
+    force = contact[pairs.nodes[:, 0]]
+    push = np.einsum("pi,pi->p", pairs.normal, force)
+    friction = force - push[:, None] * pairs.normal
+    fitted = _fitted(mesh, pairs, np.column_stack([push, friction]))
     touching = ((push != 0)[pairs.facets] & (pairs.facets >= 0)).any(axis=1)
-    pressure, turn = pressure[touching], pairs.turn[touching, :3]
+    fitted, turn = fitted[touching], pairs.turn[touching, :3]
     faces = pairs.faces[:, touching].reshape(-1, 2)
-    other = np.empty_like(pressure)
-    np.put_along_axis(other, turn, pressure, axis=1)
+    other = np.empty_like(fitted)
+    np.put_along_axis(other, turn[:, :, None], fitted * [1, -1, -1, -1], axis=1)
     nodes = mesh.points[face_nodes(mesh.tets, faces)]
     at = face_points(nodes)
     shares = corner_shares(nodes[:, :3], at.place)
-    size = shares @ np.concatenate([pressure, other])[:, :, None]
-    return FaceTractions(faces, -size * unit(at.area))
+    values = shares @ np.concatenate([fitted, other])
+    return FaceTractions(faces, values[:, :, 1:] - values[:, :, :1] * unit(at.area))
 
 
 def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
@@ -99,21 +101,21 @@ def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
     return touch
 
 
-def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
-    """Return the pressures (f, 3) at the corners of facets that fit given forces between the lips.
+def _fitted(mesh: TetMesh, pairs: LipPairs, force: np.ndarray) -> np.ndarray:
+    """Return the tractions (f, 3, c) at the corners of facets that fit given forces between the lips.
 
-    push (p,): force by which the nodes of each pair, opposite each other on the lips, push apart. The
-    pressures are fitted by least squares, and bends of the pressure are held small.
+    force (p, c): components of the force on the first node of each pair, opposite each other on the lips,
+    each fitted by itself. The tractions are fitted by least squares, and their bends are held small.
     """
     corners = face_nodes(mesh.tets[:, :4], pairs.faces[0])
     # one unknown per pair of nodes, because a node is on several lips where cracks cross, or per front node
-    key = np.where(pairs.facets[:, :3] < 0, len(push) + corners, pairs.facets[:, :3])
+    key = np.where(pairs.facets[:, :3] < 0, len(force) + corners, pairs.facets[:, :3])
     known_keys, unknown = np.unique(key, return_inverse=True)
     unknown = unknown.reshape(corners.shape)
     rows = np.repeat(pairs.facets[:, :, None], 3, axis=2)
     columns = np.repeat(unknown[:, None, :], rows.shape[1], axis=1)
     known = rows >= 0
-    shape = len(push), len(known_keys)
+    shape = len(force), len(known_keys)
     work = coo_array((_works(mesh, pairs)[known], (rows[known], columns[known])), shape).tocsr()
     area = abs(work).sum(axis=1)
     bends = _bends(mesh.points[corners], unknown, len(known_keys))
@@ -123,7 +125,7 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     # with nine times their weight. With that weight, K_I of a bent body errs on the closed half of its
     # crack by 2 % of the open half's K_I in the mean.
     normal = weighed.T @ work + bends.T @ bends
-    return scipy.sparse.linalg.spsolve(normal.tocsc(), weighed.T @ push)[unknown]
+    return scipy.sparse.linalg.spsolve(normal.tocsc(), weighed.T @ force)[unknown]
 
 
 def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:

@@ -93,8 +93,8 @@ def fracture_parameters(
     displacement (n, 3): of all nodes; stiffness (g, 6, 6): of grains (g,), ascending ids, in the order 11,
     22, 33, 12, 13, 23 of sample axes. Units follow from stiffness and mesh: K in stress times root of
     length. loaded: face sets (XMIN, ...) with unknown tractions, where a front may end. contact (n, 3):
-    forces by which touching lips push each other apart, None if no lips touch. lips: other tractions on the
-    lips; eigenstrain (g, 3, 3): of the grains in sample axes, None for 0. Raises CraftmeshError for 4-node
+    forces of touching lips on each other, None if no lips touch. lips: other tractions on the lips;
+    eigenstrain (g, 3, 3): of the grains in sample axes, None for 0. Raises CraftmeshError for 4-node
     meshes, displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:

@@ -35,7 +35,7 @@ class ElasticModel:
     if no load is asked for; own_strain (g, 3, 3): eigenstrain of each grain in its own axes; scale: lengths
     in the deck over lengths here. cases: loads by load case; combinations: the sums of cases that are asked
     for. element_axes (m, 6): like axes, for single elements; only the deck uses them, and a row of NaN
-    means the axes of the grain.
+    means the axes of the grain. lip_friction: coefficient of friction of lips (crack faces) that touch.
     """
 
     mesh: TetMesh
@@ -50,6 +50,7 @@ class ElasticModel:
     cases: Mapping[str, Load] = field(default_factory=dict)
     combinations: tuple[Combination, ...] = ()
     element_axes: np.ndarray | None = None
+    lip_friction: float = 0.0
 
     def under(self, one: Combination) -> "ElasticModel":
         """Return the model whose load is one combination of its load cases."""
@@ -168,6 +169,7 @@ def elastic_model(
         options.scale,
         {name: one for name, one in cases.items() if one is not None},
         options.combinations,
+        lip_friction=options.lip_friction,
     )
     return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
 

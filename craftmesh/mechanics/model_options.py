@@ -11,6 +11,8 @@ from craftmesh.options import Options, option
 # names of load cases that keys make; LOAD: of everything else, if only the residual stress has a name
 LIP_PRESSURE, EIGENSTRAIN, LOAD = "lip_pressure", "eigenstrain", "load"
 PLATES = "plates"
+# Largest coefficient of friction that was tried, on 23 pressed blocks and 7 other bodies.
+MOST_FRICTION = 2.0
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,12 @@ class ModelOptions(Options):
         "",
         "csv of a field on the lips: columns x,y,z, and pressure, or tx,ty,tz as in lip_traction, or all; "
         "added to both options",
+    )
+    lip_friction: float = option(
+        0.0,
+        "Coulomb's coefficient of friction of lips that touch, with builtin, and in decks with lip_contact",
+        at_least=0,
+        at_most=MOST_FRICTION,
     )
     residual_stress: str = option(
         "",

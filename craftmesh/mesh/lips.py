@@ -36,10 +36,10 @@ class LipPairs:
         return np.einsum("pi,pi->p", self.normal, displacement[a] - displacement[b])
 
     def forces(self, push: np.ndarray, shape: tuple) -> np.ndarray:
-        """Return nodal forces, of shape (n, 3), where forces `push` (p,) push the nodes of pairs apart."""
+        """Return nodal forces, of shape (n, 3), where `push` (p, 3) acts on lip A of pairs, -push on B."""
         out = np.zeros(shape)
-        np.add.at(out, self.nodes[:, 0], push[:, None] * self.normal)
-        np.add.at(out, self.nodes[:, 1], -push[:, None] * self.normal)
+        np.add.at(out, self.nodes[:, 0], push)
+        np.add.at(out, self.nodes[:, 1], -push)
         return out
 
 

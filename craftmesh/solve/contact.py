@@ -1,4 +1,4 @@
-"""Frictionless contact of a crack's lips: an active set finds the pairs of nodes that are closed."""
+"""Contact of a crack's lips: an active set finds the pairs of nodes that are closed."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.lips import LipPairs
+from craftmesh.solve.friction import friction_at_rest, next_friction
 from craftmesh.solve.iteration import ClosedPairs, Found, Iteration
 
 # Smallest overlap of lips that counts, over tolerance times the span of the displacements.
@@ -21,23 +22,26 @@ _MOST_STEPS = 100  # largest number of changes of the closed pairs
 class Contact(NamedTuple):
     """The field with contact, and how it was found.
 
-    closed (p,): mask of the pairs of opposite lip nodes whose gap is closed; steps: number of active sets
-    tried; overlap: the largest overlap that is left, a length.
+    closed, sticks (p,): masks of the pairs of opposite lip nodes whose gap is closed, and of those that
+    friction keeps from sliding too; steps: number of active sets tried; overlap: the largest overlap that
+    is left, a length.
     """
 
     found: Found
     closed: np.ndarray
+    sticks: np.ndarray
     steps: int
     overlap: float
 
     def figures(self) -> dict[str, int | float]:
         """Return the numbers of contact for a solution's record.
 
-        The keys are contact_pairs, contact_closed, contact_steps, and overlap, a length.
+        The keys are contact_pairs, contact_closed, contact_sticking, contact_steps, and overlap, a length.
         """
         return {
             "contact_pairs": len(self.closed),
             "contact_closed": int(self.closed.sum()),
+            "contact_sticking": int(self.sticks.sum()),
             "contact_steps": self.steps,
             "overlap": self.overlap,
         }
@@ -56,36 +60,53 @@ def least_overlap(displacement: np.ndarray, tolerance: float) -> float:
     return _OVERLAP * tolerance * float(np.ptp(displacement, axis=0).max())
 
 
-def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray) -> Contact:
+def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray, coefficient: float) -> Contact:
     """Return the field whose lips press on each other where they touch; start (n, 3): without contact.
 
     Primal-dual active set (Hintermueller, Ito & Kunisch 2002): pairs that overlap are closed and pairs that
     pull are released, until there are none of either, except pairs already released _MOST_RELEASES times.
     A corner of 10-node elements is released only if the pressure around it pulls too, because uniform
-    pressure puts no force on corners. Raises CraftmeshError after _MOST_STEPS steps.
+    pressure puts no force on corners. coefficient: of friction; the load acts in one step, so that friction
+    depends on the slip from the body at rest. Raises CraftmeshError after _MOST_STEPS steps.
     """
     tolerance, fixed = iteration.options.tolerance, iteration.problem.supports.fixed
-    around = _around(pairs)
+    around, axes = _around(pairs), _axes(pairs.normal)
     closed = pairs.gaps(start) < -least_overlap(start, tolerance)
     aim, displacement = max(_ROUGH, tolerance), start
     releases = np.zeros(len(closed), int)
+    friction = friction_at_rest(pairs, coefficient)
     for step in range(1, _MOST_STEPS + 1):
         text = f"contact {step}, {closed.sum()} of {len(closed)} pairs closed, "
-        found = iteration.solved(displacement, ClosedPairs(pairs, closed, fixed, text), aim)
-        displacement, least_pull = found.displacement, aim * found.size
-        pulls = (found.push < -least_pull) & (found.push + around @ found.push < -least_pull)
+        sticks, slides = closed & friction.sticks, (closed & ~friction.sticks)[:, None]
+        held = np.column_stack([closed, sticks, sticks])
+        rubbing = friction.drag * slides, friction.spring * slides
+        found = iteration.solved(displacement, ClosedPairs(pairs, axes, held, rubbing, fixed, text), aim)
+        displacement, least = found.displacement, aim * found.size
+        push = np.einsum("pi,pi->p", pairs.normal, found.push)
+        pulls = (push < -least) & (push + around @ push < -least)
         opens = closed & pulls & (releases < _MOST_RELEASES)
         closes = ~closed & (pairs.gaps(displacement) < -least_overlap(displacement, aim))
-        if not (opens | closes).any():
+        friction = next_friction(
+            friction, pairs, around, coefficient, displacement, found.push, closed, least
+        )
+        if friction.settled and not (opens | closes).any():
             if aim == tolerance:
-                return Contact(found, closed, step, overlap_of(pairs, displacement))
+                return Contact(found, closed, sticks, step, overlap_of(pairs, displacement))
             aim = tolerance
         closed = (closed & ~opens) | closes
         releases += opens
     raise CraftmeshError(
-        f"contact: which lip nodes touch still changes after {_MOST_STEPS} steps; look for flat elements "
-        "(craftmesh check), or set contact to false"
+        f"contact: which lip nodes touch or slide still changes after {_MOST_STEPS} steps; look for flat "
+        "elements (craftmesh check), lower lip_friction, or set contact to false"
     )
+
+
+def _axes(normal: np.ndarray) -> np.ndarray:
+    """Return three orthonormal axes (p, 3, 3) as rows, the first of which is the normal (p, 3)."""
+    other = np.eye(3)[np.abs(normal).argmin(axis=1)]
+    first = np.cross(normal, other)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([normal, first, np.cross(normal, first)], axis=1)
 
 
 def _around(pairs: LipPairs) -> csr_array:

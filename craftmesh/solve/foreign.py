@@ -110,8 +110,8 @@ def foreign_solution(
     """Return the solution of another program's field, and a report: unknowns, solver and residual.
 
     numbers (k,): node numbers of the deck, from 1; displacement (k, 3) in the same order; solver: the
-    program's name; source: the field's file, for errors; contact (n, 3): forces by which touching lips push
-    each other apart. Raises CraftmeshError for missing, duplicate or unknown nodes, values that are not
+    program's name; source: the field's file, for errors; contact (n, 3): forces of touching lips on each
+    other. Raises CraftmeshError for missing, duplicate or unknown nodes, values that are not
     finite, and a field that does not keep the supports or has a residual over 0.1, as a field of another
     mesh, load or material has.
     """

@@ -61,51 +61,74 @@ def conjugate_gradients(
 
 
 class ClosedPairs:
-    """Pairs of opposite lip nodes whose gap stays 0.
+    """Pairs of opposite lip nodes that touch: components of their jump that stay 0, and friction forces.
 
-    which (p,): mask of these pairs among all pairs; fixed (n, 3): mask of prescribed components; text:
-    start of the progress messages. A pair is a row c of the matrix `free`, 0 at prescribed components. Rows
-    of `whole` have all components, so that whole @ u are the gaps of a displacement u. The solver keeps its
-    updates of a field orthogonal to all c.
+    axes (p, 3, 3): three unit vectors of each pair as rows; held (p, 3): mask of the axes along which the
+    jump of a pair, the displacement of its first node minus that of its second, stays 0; friction: drag and
+    spring (p, 3), by which a jump J gives the force drag - spring (spring . J) on the first node; fixed (n,
+    3): mask of prescribed components; text: start of the progress messages. A held axis is a row c of the
+    matrix `free`, 0 at prescribed components. Rows of `whole` have all components, so that whole @ u are
+    the jumps of a displacement u. The solver keeps its updates of a field orthogonal to all c.
     """
 
-    def __init__(self, pairs: LipPairs, which: np.ndarray, fixed: np.ndarray, text: str):
-        nodes, normal = pairs.nodes[which], pairs.normal[which]
-        self.pairs, self.which, self.text = pairs, which, text
-        column = (3 * nodes[:, :, None] + np.arange(3)).ravel()
-        value = (np.array([1.0, -1.0])[:, None] * normal[:, None, :]).ravel()
-        first = 6 * np.arange(len(nodes) + 1)
-        shape = (len(nodes), fixed.size)
-        self.whole = csr_array((value, column, first), shape)
-        self.free = csr_array((np.where(fixed.ravel()[column], 0.0, value), column, first), shape)
+    def __init__(
+        self,
+        pairs: LipPairs,
+        axes: np.ndarray,
+        held: np.ndarray,
+        friction: tuple[np.ndarray, np.ndarray],
+        fixed: np.ndarray,
+        text: str,
+    ):
+        self.pairs, self.text, self.fixed = pairs, text, fixed
+        self.at, axis = np.nonzero(held)
+        self.axes = axes[self.at, axis]
+        self.drag, self.spring = friction
+        self.stretch, free = _jumps(pairs.nodes, self.spring, fixed)
+        self.loosen = free.T.tocsr()
+        self.whole, self.free = _jumps(pairs.nodes[self.at], self.axes, fixed)
         self.spread = self.free.T.tocsr()
-        product = self.free @ self.spread + _DEPENDENT * eye_array(len(nodes))
-        self.answer = scipy.sparse.linalg.splu(product.tocsc()).solve if len(nodes) else np.copy
+        product = self.free @ self.spread + _DEPENDENT * eye_array(len(self.at))
+        self.answer = scipy.sparse.linalg.splu(product.tocsc()).solve if len(self.at) else np.copy
 
     def take_out(self, field: np.ndarray) -> None:
-        """Remove from a field (n, 3), in place, the part that changes the gaps of these pairs."""
+        """Remove from a field (n, 3), in place, the part that changes the held jumps."""
         field -= (self.spread @ self.answer(self.free @ field.ravel())).reshape(field.shape)
 
     def closed(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the displacement (n, 3) changed so that the gaps of these pairs are 0."""
-        gaps = self.whole @ displacement.ravel()
-        return displacement - (self.spread @ self.answer(gaps)).reshape(displacement.shape)
+        """Return the displacement (n, 3) changed so that the held jumps are 0."""
+        jumps = self.whole @ displacement.ravel()
+        return displacement - (self.spread @ self.answer(jumps)).reshape(displacement.shape)
+
+    def rubbed(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the friction forces (p, 3) on the pairs' first nodes at a displacement (n, 3)."""
+        return self.drag - (self.stretch @ displacement.ravel())[:, None] * self.spring
 
     def pushing(self, left: np.ndarray) -> np.ndarray:
-        """Return the forces (p,) by which pairs push apart that best balance the forces `left` (n, 3).
-
-        They are 0 for pairs that are not closed.
-        """
-        push = np.zeros(len(self.which))
-        push[self.which] = -self.answer(self.free @ left.ravel())
+        """Return forces (p, 3) on the first nodes that, along held axes, best balance `left` (n, 3)."""
+        push = np.zeros(self.drag.shape)
+        np.add.at(push, self.at, -self.answer(self.free @ left.ravel())[:, None] * self.axes)
         return push
 
 
+def _jumps(nodes: np.ndarray, axes: np.ndarray, fixed: np.ndarray) -> tuple[csr_array, csr_array]:
+    """Return two matrices (k, 3 n) that give jumps of displacements between nodes (k, 2) along axes (k, 3).
+
+    The second matrix is 0 at prescribed components, fixed (n, 3).
+    """
+    column = (3 * nodes[:, :, None] + np.arange(3)).ravel()
+    value = (np.array([1.0, -1.0])[:, None] * axes[:, None, :]).ravel()
+    first = 6 * np.arange(len(nodes) + 1)
+    free = np.where(fixed.ravel()[column], 0.0, value)
+    whole, free = (csr_array((own, column, first), (len(nodes), fixed.size)) for own in (value, free))
+    return whole, free
+
+
 class Found(NamedTuple):
-    """A field (n, 3), the forces `push` (p,) by which pairs of lip nodes push apart, and the imbalance.
+    """A field (n, 3), the forces `push` (p, 3) on the first nodes of pairs of lip nodes, and the imbalance.
 
     left (n, 3): forces out of balance; size: norm of reactions and applied forces; residual: norm of `left`
-    over size. push has shape (0,) without contact.
+    over size. push has shape (0, 3) without contact.
     """
 
     displacement: np.ndarray
@@ -152,9 +175,11 @@ class Iteration:
     def found(self, displacement: np.ndarray, closed: ClosedPairs | None) -> Found:
         """Return the imbalance of a field (n, 3), with the forces of closed pairs that balance it best."""
         left, reactions, residual = self.problem.balance(displacement)
-        push = np.zeros(0)
+        push = np.zeros((0, 3))
         if closed is not None:
-            push = closed.pushing(left)
+            push = closed.rubbed(displacement)
+            left += np.where(closed.fixed, 0.0, closed.pairs.forces(push, left.shape))
+            push += closed.pushing(left)
             contact = closed.pairs.forces(push, left.shape)
             left, reactions, residual = self.problem.balance(displacement, contact)
         return Found(displacement, push, left, self.problem.size(reactions), residual)
@@ -200,8 +225,10 @@ def _within(
 
     def times(x: np.ndarray, out: np.ndarray) -> float:
         product = whole.matrix.times(x, out)
+        stretch = closed.stretch @ x.ravel()
+        out += (closed.loosen @ stretch).reshape(out.shape)
         closed.take_out(out)
-        return product
+        return product + float((stretch**2).sum())
 
     def step(right: np.ndarray, out: np.ndarray) -> None:
         whole.step(right, out)

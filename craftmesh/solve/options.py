@@ -32,9 +32,7 @@ class SolveOptions(Options):
         "builtin: integration points of C3D10: deck, the 4 of Abaqus and CalculiX; full, 14, for which "
         "quarter-point elements reproduce uniform strain exactly",
     )
-    contact: bool = option(
-        True, "builtin: lips of the crack that would overlap press on each other, without friction"
-    )
+    contact: bool = option(True, "builtin: lips of the crack that would overlap press on each other")
     command: tuple[str, ...] = option(
         (), "commands to run instead of calculix or abaqus, with {job}, {script} and {field}"
     )

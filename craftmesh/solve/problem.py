@@ -115,8 +115,8 @@ class Problem:
         """Return the forces out of balance (n, 3), the reactions (n, 3) and the residual of a field (n, 3).
 
         The residual is the norm of the forces out of balance over the norm of all reactions and applied
-        forces; it is not divided if these are 0. contact (n, 3): forces by which touching lips push each
-        other apart; they are in the balance, but do not count as applied forces in the norm.
+        forces; it is not divided if these are 0. contact (n, 3): forces of touching lips on each
+        other; they are in the balance, but do not count as applied forces in the norm.
         """
         left = self.forces - self.elements.forces(displacement)
         if contact is not None:

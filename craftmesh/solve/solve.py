@@ -101,7 +101,7 @@ def solve_model(
         # the residual stress alone is a part of sums, which K by growth needs without contact
         own = replace(options, contact=False) if one.name == RESIDUAL else options
         last = _after(last, model.under(one), own, partial(_of, progress, one.name))
-        solutions[one.name], figures[one.name] = _solution(model.mesh, last, one.sum_of(fields))
+        solutions[one.name], figures[one.name] = _solution(model, last, one.sum_of(fields))
     return solutions, report | {"load_cases": figures}
 
 
@@ -121,7 +121,7 @@ def solve(
     report = _checked(model, options, progress)
     iteration = _after(None, model, options, progress)
     start = _start(model.mesh.points, iteration.problem.supports)
-    solution, figures = _solution(model.mesh, iteration, start)
+    solution, figures = _solution(model, iteration, start)
     return solution, report | figures
 
 
@@ -155,6 +155,11 @@ def _checked(
     Raises CraftmeshError for a nearly incompressible material, and for more memory than the limit.
     """
     check_compressible(model)
+    if model.lip_friction and not options.contact:
+        raise CraftmeshError(
+            f"lip_friction is {model.lip_friction:g}, but contact is false, so that lips overlap; set "
+            "contact to true, or lip_friction to 0"
+        )
     memory = memory_of(model.mesh)
     if memory > options.memory_limit:
         raise CraftmeshError(
@@ -165,7 +170,7 @@ def _checked(
     return {"unknowns": model.mesh.points.size, "memory_gb": round(memory, 2)}
 
 
-def _solution(mesh: TetMesh, iteration: Iteration, start: np.ndarray) -> tuple[Solution, dict]:
+def _solution(model: ElasticModel, iteration: Iteration, start: np.ndarray) -> tuple[Solution, dict]:
     """Return the solution iterated from field `start` (n, 3), with contact of lips, and numbers about it.
 
     The numbers are iterations and residual and, with contact, those of `Contact.figures`.
@@ -174,10 +179,10 @@ def _solution(mesh: TetMesh, iteration: Iteration, start: np.ndarray) -> tuple[S
     found = iteration.solved(start, None, options.tolerance)
     forces, contact_figures = None, {}
     if options.contact:
-        pairs = lip_pairs(mesh)
+        pairs = lip_pairs(model.mesh)
         overlap = overlap_of(pairs, found.displacement)
         if overlap > least_overlap(found.displacement, options.tolerance):
-            contact = with_contact(iteration, pairs, found.displacement)
+            contact = with_contact(iteration, pairs, found.displacement, model.lip_friction)
             found, forces = contact.found, pairs.forces(contact.found.push, problem.forces.shape)
             contact_figures = contact.figures() | {"overlap_without_contact": overlap}
     _, reactions, residual = problem.balance(found.displacement, forces)

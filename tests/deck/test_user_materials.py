@@ -226,6 +226,21 @@ def test_lips_get_a_contact_pair(mesh, tmp_path):
     ((pair, rows),) = of_kind(blocks, "CONTACT PAIR")
     assert rows == [["CRACK_LIP_A", "CRACK_LIP_B"]]
     assert pair["INTERACTION"] == of_kind(blocks, "SURFACE INTERACTION")[0][0]["NAME"]
+    assert not of_kind(blocks, "FRICTION")
+
+
+def test_friction_of_lips_follows_the_contact_stiffness(mesh, tmp_path):
+    """Abaqus reads the first number, the coefficient; CalculiX a slope too, below the contact stiffness."""
+    write_deck(tmp_path / "model.inp", mesh, DeckOptions(lip_contact=True, lip_friction=0.3))
+    blocks = read_deck(tmp_path / "model.inp")
+    kinds = [kind for kind, *_ in blocks]
+    first = kinds.index("SURFACE INTERACTION")
+    assert kinds[first + 1 : first + 3] == ["SURFACE BEHAVIOR", "FRICTION"]
+    ((_, [[stiffness]]),), ((_, [[coefficient, slope]]),) = (
+        of_kind(blocks, kind) for kind in ("SURFACE BEHAVIOR", "FRICTION")
+    )
+    assert float(coefficient) == 0.3 and float(slope) == pytest.approx(0.1 * float(stiffness))
+    assert check_deck(tmp_path / "model.inp") == []
 
 
 def test_options_that_do_not_fit_are_refused(mesh, tmp_path):
