@@ -20,7 +20,8 @@ VOXELS = 20  # along the edge of a grain, were it a cube
 SIZES = "--l-min 0.5 --l0 1 --l-max 3 --r0 8 --r1 16 --exponent 1"
 STAGES = {
     "generate": "generate --shape {edge} {edge} {edge} --grains {grains} --seed 1 -o generated.npz",
-    "import": "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
+    "import": "import generated.npz --labels labels.npz --image volume.vti --islands islands.json "
+    "--allow-single-grain",
     "remesh": "remesh labels.npz -o remeshed.vtp",
     "crack": "crack labels.npz --centre {half} {half} {half} --normal 0.1 0.2 1 --radius {radius} "
     "-o crack.vtp",

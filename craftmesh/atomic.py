@@ -10,6 +10,8 @@ from uuid import uuid4
 
 from craftmesh.errors import CraftmeshError
 
+UNFINISHED = ".tmp-"  # how names of files begin that are not complete yet
+
 
 @contextmanager
 def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
@@ -75,7 +77,7 @@ def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
 
 def _beside(target: Path) -> Path:
     """Return an unused name in the folder of `target`, with the same suffix."""
-    return target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}")
+    return target.with_name(f"{UNFINISHED}{uuid4().hex[:12]}-{target.name}")
 
 
 @contextmanager

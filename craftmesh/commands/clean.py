@@ -1,4 +1,4 @@
-"""Remove files that no later stage needs: surfaces and chunks of tetrahedra of finished cases.
+"""Remove surfaces and chunks of tetrahedra of finished cases, and unfinished files of killed jobs.
 
 Decks, meshes, results, pictures and logs of the cases stay, and the removal makes no job run again. If an
 option changes and a stage needs a removed file, Snakemake makes the file first.
@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from craftmesh.atomic import UNFINISHED
 from craftmesh.campaign.case_status import SPARE, case_statuses
 from craftmesh.campaign.runs import LOCKS
 from craftmesh.errors import CraftmeshError, existing
@@ -35,7 +36,11 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def spare(results: Path) -> Iterator[Path]:
-    """Yield the files and folders in a folder of results that `clean` removes: of finished cases only."""
+    """Yield the files and folders in a folder of results that `clean` removes.
+
+    Files of stages are those of finished cases; unfinished files of killed jobs are those of all cases.
+    """
+    yield from sorted(results.rglob(f"{UNFINISHED}*"))
     for one in case_statuses(results):
         if one.job is None:
             case = results / one.case

@@ -26,7 +26,9 @@ from craftmesh.jit import is_kept
 from craftmesh.report.shaded import draw  # a kernel of the last subcommand in LINES that compiles one
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels import planar
-from craftmesh.types import Surface, Voxels
+from craftmesh.tetrahedra.surface_moves import given_way
+from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.types import GrainTets, Surface, Voxels
 
 CELLS = 6  # number of cells along the cube's edges
 ALL, GRADATE, VOLUME = "all", "gradate", "volume"
@@ -82,6 +84,8 @@ def run(arguments: argparse.Namespace) -> None:
         write_surface(folder / "gradated.vtp", cracked_cube())
         write_front(folder / "front.csv", {"points": saddle()})
         compile_patch()
+        if arguments.part != GRADATE:
+            compile_given_way()
         environment = {key: os.environ[key] for key in os.environ if key != "PYTHONDONTWRITEBYTECODE"}
         for line in LINES[arguments.part]:
             verb, *_ = words = line.split()
@@ -130,6 +134,15 @@ def compile_patch() -> None:
     patch = triangulate(square, segments, np.array([6]), lambda uv: np.ones(len(uv)))
     wall = np.isin(np.arange(len(square)), (0, 4))[:, None]
     planar.split_within_walls(with_room(patch, len(square)), wall, 2)
+
+
+def compile_given_way() -> None:
+    """Compile the kernels that move points at poor tetrahedra; the models of LINES may have none."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.3, 0.3, 1e-3]])
+    facets = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    surface = Surface.of_facets(corners[:4], facets, (1, 0))
+    tets = np.column_stack([facets[:, ::-1], np.full(4, 4)])
+    given_way(Model(surface, [GrainTets(1, np.arange(4), corners[4:], tets)]))
 
 
 def cracked_cube() -> Surface:

@@ -65,3 +65,16 @@ def test_nothing_is_removed_while_a_campaign_runs_here(results, capsys):
     before = files(results)
     assert main(["clean", "results"]) == 1 and files(results) == before
     assert "--unlock" in capsys.readouterr().err
+
+
+def test_what_killed_jobs_left_unfinished_is_removed_of_all_cases(results):
+    before = files(results)
+    for name in (
+        "begun/000/.tmp-0123456789ab-volume.vtu",
+        "begun/001/.tmp-0123456789ab-pictures/sizes.svg",
+    ):
+        (results / name).parent.mkdir(parents=True, exist_ok=True)
+        (results / name).touch()
+    assert main(["clean", "results"]) == 0
+    assert {name for name in files(results) if "begun" in name} == {n for n in before if "begun" in n}
+    assert list(results.rglob(".tmp-*")) == []

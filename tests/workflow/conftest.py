@@ -83,14 +83,14 @@ class Folder:
 
     @property
     def made(self) -> dict[str, bytes]:
-        """The bytes of all results by path, without logs, and of the report without times."""
+        """The bytes of all complete results by path, without logs, and of the report without times."""
         results = self.path / "results"
         files = [path for path in sorted(results.rglob("*")) if path.is_file()]
         names = {str(path.relative_to(results)): path for path in files}
         return {
             name: re.sub(b"<!--times-->.*?<!--/times-->", b"", path.read_bytes(), flags=re.DOTALL)
             for name, path in names.items()
-            if not name.startswith(("logs/", "benchmarks/"))
+            if not name.startswith(("logs/", "benchmarks/")) and "/.tmp-" not in name
         }
 
     def start(self, *flags: str) -> subprocess.Popen:
