@@ -14,6 +14,7 @@ from pathlib import Path
 
 import claims
 import exact_cracks
+import neighbours
 import numpy as np
 from exact_cracks import COPPER, POISSON, YOUNG
 from measure import ChildFailed, in_child, print_table, write_json
@@ -37,6 +38,8 @@ _KINKED = (
     (RADIUS / 3 * (2 + np.cos(_TURN)), 20.1 + RADIUS / 3 * np.sin(_TURN)),
 )
 EDGE_DEPTH = 2.0  # small in the body: K differs by 0.1 % from that in a half space
+APART, BELOW, BESIDE = 2.5, 0.5, 1.5  # middle to middle of two pennies, and to a face, over their radii
+SMALL = 3.0  # radius of the penny below a face, whose box is to be as large as a half space
 END = 2.0  # of the coarse edges: nodes this near to an end of a front count apart, as `ends`
 ALUMINIUM = (107.3e3, 60.8e3, 28.3e3)
 ZENER_8 = (149.6e3, 130.8e3, 75.4e3)  # of nearly the copper crystal's mean stiffness
@@ -153,6 +156,46 @@ def _edge() -> Case:
         pulled=True,
         voxels=(80, 2, 120),
         path=((-1.0, 60.1), (EDGE_DEPTH, 60.1)),
+    )
+
+
+def _two_pennies() -> Case:
+    """Two pennies in one plane, half a radius between their fronts."""
+    away = np.array([APART * RADIUS / 2, 0, 0])
+    one = _penny(0, {"tension": TENSION})
+    cracks = [one.crack | {"centre": tuple(CENTRE + side * away)} for side in (-1, 1)]
+    return replace(
+        one,
+        crack=cracks[0],
+        beside=cracks[1],
+        exact=lambda *_: neighbours.two_pennies(RADIUS, CENTRE, APART),
+    )
+
+
+def _below_face() -> Case:
+    """A penny under pressure, parallel to the box's upper face and half a radius below it."""
+    middle = (CENTRE[0], CENTRE[1], EDGE - BELOW * SMALL)
+    crack = {"shape": "penny", "centre": middle, "radius": SMALL}
+    return Case(
+        crack,
+        {"pressure": TENSION},
+        lambda *_: neighbours.penny_below_face(SMALL, middle, BELOW),
+        size=SMALL,
+        pressed=True,
+        pulled=True,
+    )
+
+
+def _beside_face() -> Case:
+    """A crack through a plate, square to the face x = 0 and a quarter of its length away from it."""
+    ends = ((BESIDE - 1) * EDGE_DEPTH, (BESIDE + 1) * EDGE_DEPTH)
+    return replace(
+        _edge(),
+        loads={"pressure": TENSION},
+        exact=lambda *_: neighbours.crack_square_to_face(EDGE_DEPTH, BESIDE),
+        residual=False,
+        pressed=True,
+        path=tuple((x, 60.1) for x in ends),
     )
 
 
@@ -301,6 +344,9 @@ CASES = {
         CENTRE - [2.0, 0, 1.4],
         beside=_penny(0, {}).crack | {"centre": tuple(CENTRE + [2.0, 0, 1.4])},
     ),
+    "two pennies": _two_pennies(),
+    "below a face": _below_face(),
+    "beside a face": _beside_face(),
     "semicircle, halved": replace(_semicircle(), exact=None, halved=True),
     "lens, halved": Case({"shape": "surface"}, {"tension": TENSION}, cap=True, pulled=True, halved=True),
     "kinked strip, halved": Case(
@@ -484,12 +530,13 @@ def _strain(tensor, stress):
 
 
 def openings(mesh, displacement):
-    """Return centres, jumps times area and unit normals (f, 3) of lip A's facets, from lip B to lip A."""
+    """Return centres, jumps times area and unit normals (f, 3) of all lips A's facets, from lips B on."""
     from craftmesh.mesh.integration import triangle_points
+    from craftmesh.mesh.mesh_sets import lip_faces
     from craftmesh.mesh.tet_connectivity import face_nodes
 
-    nodes = face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"])
-    other = _partners(mesh)
+    nodes, opposite = (face_nodes(mesh.tets, faces) for faces in lip_faces(mesh.face_sets))
+    other = _partners(mesh, np.unique(nodes), np.unique(opposite))
     jump = displacement[nodes] - displacement[other[nodes]]
     points = mesh.points[nodes]
     total, vector = np.zeros((len(nodes), 3)), np.zeros((len(nodes), 3))
@@ -504,9 +551,8 @@ def openings(mesh, displacement):
     return points[:, :3].mean(axis=1), total, normals
 
 
-def _partners(mesh):
-    """Return for each node of lip A the node of lip B in the same place (n,)."""
-    a, b = (mesh.node_sets[f"CRACK_LIP_{lip}"] for lip in "AB")
+def _partners(mesh, a, b):
+    """Return for each node of lips A (a,) the node of lips B (b,) in the same place, else itself (n,)."""
     only_a, only_b = np.setdiff1d(a, b), np.setdiff1d(b, a)
     other = np.arange(len(mesh.points))
     order = [only[np.lexsort(mesh.points[only].T)] for only in (only_a, only_b)]
@@ -550,7 +596,9 @@ def run(name: str, edges: float) -> list[dict]:
         exact = case.exact and case.exact(stress, tensor)
         if case.hot:
             exact = exact_cracks.heated(RADIUS, CENTRE, *ball(model.mesh), HEAT)
-        figures = errors(model.mesh, found, exact, case.pulled and not case.path)
+        figures = errors(
+            model.mesh, found, exact, by_formula=case.pulled and not case.pressed and not case.path
+        )
         if case.printed:
             figures["printed"] = off_printed(found, case)
         seconds = {"solve_s": middle - start, "fracture_s": time.process_time() - middle}
@@ -600,10 +648,10 @@ def halved(name: str, edges: float) -> list[dict]:
     return [row | {"solve_s": time.process_time() - start}]
 
 
-def errors(mesh, found, exact: Callable | None, pulled: bool) -> dict:
+def errors(mesh, found, exact: Callable | None, by_formula: bool) -> dict:
     """Return mean, rms and largest errors over all front nodes, in % of the largest exact K.
 
-    Where the front ends, nodes within 10 degrees of the surface count apart, as `ends`.
+    Against a formula, nodes within 10 degrees of the surface count apart, as `ends`.
     """
     from craftmesh.mesh.front_frames import front_frames
 
@@ -617,9 +665,11 @@ def errors(mesh, found, exact: Callable | None, pulled: bool) -> dict:
     }
     if exact:
         off = 100 * (k - wanted) / largest
-        inner = frames.points[:, 1] > RADIUS * np.sin(np.radians(10)) if pulled else np.ones(len(k), bool)
+        inner = (
+            frames.points[:, 1] > RADIUS * np.sin(np.radians(10)) if by_formula else np.ones(len(k), bool)
+        )
         row |= _modes(off[inner])
-        if pulled:
+        if by_formula:
             row["ends"] = np.abs(off[~inner, 0]).max()
         else:  # those of the formula for a semicircle are within 5 %
             row |= claims.compared(k, wanted, found.error)

@@ -167,13 +167,20 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
 
 
 def fit_segment(
-    line: FrontLine, segments: Segments, segment: int, s: np.ndarray, weights: np.ndarray, knots: float
+    line: FrontLine,
+    segments: Segments,
+    segment: int,
+    s: np.ndarray,
+    weights: np.ndarray,
+    knots: float,
+    has_j: np.ndarray,
 ) -> Fitted:
     """Return c values along a segment, whose integrals with the hat functions fit the given ones.
 
     The given integrals are sums of the nodes' contributions, weighted by the hat functions. The fit is by
     least squares. s (n,): arc lengths of the segment's nodes; weights (n, c): their contributions to the
-    integrals times `falloff`; knots: length of the spline pieces in local sizes.
+    integrals times `falloff`; knots: length of the spline pieces in local sizes. has_j (k,): mask of the
+    front's nodes to whose hat functions J, the last value, is fitted; to all of the segment if it has none.
     """
     tests = tests_on(line, segments, segment)
     integrals = tests.values(segments.offset(segment, s)) @ weights
@@ -184,7 +191,11 @@ def fit_segment(
     basis = segment_basis(line, segments, segment, knots)
     stiffness = SMOOTH if segments.is_ring or len(tests.centres) >= LEAST_KNOWN else STRAIGHT
     rows = share @ basis.design(at)
-    return Fitted(basis, basis.solve(rows, integrals, 1 / measure, stiffness))
+    coefficients = basis.solve(rows, integrals, 1 / measure, stiffness)
+    kept = line.along(has_j.astype(float), segments.start[segment] + tests.centres) > 0.5
+    if kept.any() and not kept.all():
+        coefficients[:, -1:] = basis.solve(rows, integrals[:, -1:], kept / measure, stiffness)
+    return Fitted(basis, coefficients)
 
 
 def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: float) -> CubicBasis:

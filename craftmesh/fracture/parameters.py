@@ -137,14 +137,14 @@ def _of_front(
     weights = interaction_weights(tube, front.curve, stations)
     narrow, pieces = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes), options.knots
     tries = (wide, pieces), (narrow, pieces), (wide, max(pieces / 2, LEAST_PIECES))
-    found = [_along(line, segments, tube, weights, radius, knots) for radius, knots in tries]
+    mixed = line.near(tube.others(segments, line.along(wide, tube.s)), wide)
+    found = [_along(line, segments, tube, weights, radius, knots, ~mixed) for radius, knots in tries]
     moved = displacements_along_front(tube, front, line, segments)
     values = [_at_nodes(line, segments, stations, front.curve, fitted, moved) for fitted in found]
     k, t, j, g, one_sided = values[0]
     spread, by_pieces = (np.abs(k - other).max(axis=1) for other, *_ in values[1:])
     material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
     touch = solved.touch[front.corners]
-    mixed = line.near(tube.others(segments, line.along(wide, tube.s)), wide)
     error = errors(k, j, g, spread, by_pieces, line, segments, one_sided, mixed)
     flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch, mixed)
     count = len(front.corners)
@@ -189,17 +189,18 @@ def _along(
     weights: np.ndarray,
     radius: np.ndarray,
     knots: float,
+    has_j: np.ndarray,
 ) -> list[Fitted]:
     """Return the integrals of each segment, fitted along it, in a tube of radius (k,) at the front's nodes.
 
     weights (n, c): the tube nodes' contributions to the c integrals; knots: length of the spline pieces in
-    local sizes.
+    local sizes; has_j (k,): mask of the front's nodes to which J is fitted.
     """
     weights = weights * falloff(tube.distance, line.along(radius, tube.s))[:, None]
     found = []
     for segment in range(len(segments.start)):
         own = (tube.segment == segment) & (weights != 0).any(axis=1)
-        found.append(fit_segment(line, segments, segment, tube.s[own], weights[own], knots))
+        found.append(fit_segment(line, segments, segment, tube.s[own], weights[own], knots, has_j))
     return found
 
 

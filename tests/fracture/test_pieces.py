@@ -39,3 +39,26 @@ def test_no_test_is_centred_where_the_material_changes():
             found = fit.tests_on(line, segments, segment)
             assert len(found.centres) == 7
             assert min(found.before.min(), found.behind.min()) > 0.49
+
+
+def test_j_is_fitted_where_it_is_valid_alone():
+    """Whatever J is at nodes without a valid one, it stays at the others, and all other values stay."""
+    s, at = np.arange(40.0), np.arange(0.05, 40, 0.1)
+    line = FrontLine(s, np.ones(40), np.full(40, 1e6), 40.0, True)
+    isotropic = np.diag([1, 1, 1, 0.5, 0.5, 0.5])
+    whole, elastic = (np.zeros(1), np.full(1, 40.0)), (isotropic[None], np.zeros((1, 3, 3)))
+    ring = Segments(*whole, *elastic, np.zeros(40, np.int64), True, 40.0)
+    has_j = np.abs(s - 20) > 5
+    even = np.full((len(at), 2), 0.1)
+    spoiled = even + np.outer(100.0 * (np.abs(at - 20) < 3), [0, 1])
+
+    def values(weights, known):
+        return fit.fit_segment(line, ring, 0, at, weights, KNOTS, known).at(s)
+
+    assert np.abs(values(even, has_j) - 1).max() < 0.01
+    # hats of two edges on both sides keep off what is three edges away
+    assert np.abs(values(spoiled, has_j)[has_j, 1] - 1).max() < 0.01
+    assert np.abs(values(spoiled, has_j | True)[has_j, 1] - 1).max() > 1
+    assert np.abs(values(spoiled, has_j)[:, 0] - values(even, has_j)[:, 0]).max() < 1e-12
+    nowhere = np.zeros(40, bool)
+    assert (values(spoiled, nowhere) == values(spoiled, ~nowhere)).all()
