@@ -38,7 +38,7 @@ _KINKED = (
     (RADIUS / 3 * (2 + np.cos(_TURN)), 20.1 + RADIUS / 3 * np.sin(_TURN)),
 )
 EDGE_DEPTH = 2.0  # small in the body: K differs by 0.1 % from that in a half space
-APART, BELOW, BESIDE = 2.5, 0.5, 1.5  # middle to middle of two pennies, and to a face, over their radii
+APART, BELOW, NEAR = 2.5, 0.5, 1.5  # middle to middle of two pennies, and to a face, over their radii
 SMALL = 3.0  # radius of the penny below a face, whose box is to be as large as a half space
 END = 2.0  # of the coarse edges: nodes this near to an end of a front count apart, as `ends`
 ALUMINIUM = (107.3e3, 60.8e3, 28.3e3)
@@ -186,13 +186,13 @@ def _below_face() -> Case:
     )
 
 
-def _beside_face() -> Case:
+def _near_face() -> Case:
     """A crack through a plate, square to the face x = 0 and a quarter of its length away from it."""
-    ends = ((BESIDE - 1) * EDGE_DEPTH, (BESIDE + 1) * EDGE_DEPTH)
+    ends = ((NEAR - 1) * EDGE_DEPTH, (NEAR + 1) * EDGE_DEPTH)
     return replace(
         _edge(),
         loads={"pressure": TENSION},
-        exact=lambda *_: neighbours.crack_square_to_face(EDGE_DEPTH, BESIDE),
+        exact=lambda *_: neighbours.crack_square_to_face(EDGE_DEPTH, NEAR),
         residual=False,
         pressed=True,
         path=tuple((x, 60.1) for x in ends),
@@ -346,7 +346,7 @@ CASES = {
     ),
     "two pennies": _two_pennies(),
     "below a face": _below_face(),
-    "beside a face": _beside_face(),
+    "near a face": _near_face(),
     "semicircle, halved": replace(_semicircle(), exact=None, halved=True),
     "lens, halved": Case({"shape": "surface"}, {"tension": TENSION}, cap=True, pulled=True, halved=True),
     "kinked strip, halved": Case(

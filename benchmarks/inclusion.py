@@ -78,7 +78,7 @@ def penny(points, stress, middle, size: float) -> dict:
     lips = fracture.on_lips(case, model.mesh, None)
     found, _ = fracture_parameters(model.mesh, moved, model.grains, model.stiffness(), lips=lips)
     exact = exact_cracks.heated(radius, CENTRE, middle + shift, size, HEAT)
-    return {"case": "penny"} | fracture.errors(model.mesh, found, exact, pulled=False)
+    return {"case": "penny"} | fracture.errors(model.mesh, found, exact, by_formula=False)
 
 
 def rows(points, stress, grain, middle, size: float) -> list[dict]:
