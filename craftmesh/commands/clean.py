@@ -1,4 +1,4 @@
-"""Remove surfaces and chunks of tetrahedra of finished cases, and unfinished files of killed jobs.
+"""Remove surfaces and tetrahedra that no later stage needs, and files that killed jobs left.
 
 Decks, meshes, results, pictures and logs of the cases stay, and the removal makes no job run again. If an
 option changes and a stage needs a removed file, Snakemake makes the file first.

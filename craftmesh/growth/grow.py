@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from craftmesh.cracks.height_parts import best_fit_frame, kinks_of
+from craftmesh.cracks.height_parts import best_fit_frame, fold_of, kinks_of
 from craftmesh.cracks.merged_sheets import merged_sheets
 from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import one_crack, sheets
@@ -131,6 +131,7 @@ def _grown(
     box = np.asarray(box, float)
     rows = _rows_by_front(crack, along.points)
     allowed = max(FOLDED, kinks_of(crack.points, crack.triangles).sharpest)
+    was_folded = bool(fold_of(crack.points, crack.triangles))
     folded: CraftmeshError | None = None
     kinked: tuple[Crack, Counter[str]] | None = None
     for repair, coarser, share, stops in ATTEMPTS:
@@ -149,7 +150,8 @@ def _grown(
             folded = folded or error
             continue
         kinked = kinked or (result, done)
-        if kinks_of(points, triangles).sharpest <= allowed:
+        smooth = kinks_of(points, triangles).sharpest <= allowed
+        if smooth and (was_folded or not fold_of(points, triangles)):
             kinked = result, done
             break
     if kinked is None:

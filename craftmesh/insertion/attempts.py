@@ -213,8 +213,8 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
 
 
 # Most attempts. Each has smaller facets where the last one deviated too far. If they cannot get smaller, or
-# the insertion failed, options.snap and snap_front are halved. Wavy cracks along a boundary need six.
-ATTEMPTS = 8
+# the insertion failed, options.snap and snap_front are halved. Rough cracks along a boundary need eleven.
+ATTEMPTS = 12
 # Largest deviation from the given crack, as a multiple of the promised one; beyond it a part of the crack
 # is lost, which is an error.
 GROSS = 10.0

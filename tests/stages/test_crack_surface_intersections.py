@@ -138,7 +138,8 @@ PAIRS = {
     ),
     "cross at the fronts": (
         two(((7, 7, 7.3), (0, 0.1, 1), 4), ((10.5, 7, 7.3), (1, 0, 0.2), 2)),
-        "CRACK CRACK",
+        # the first crack ends 0.09 l_min from the second one's front and cuts it at both crossings
+        "CRACK CRACK CRACK CRACK",
     ),
     "cross in their mouths": (
         two(((7, 0, 7.3), (0, 0.1, 1), 5), ((7.3, 0, 7), (1, 0, 0.1), 4)),
