@@ -15,9 +15,9 @@ from craftmesh.errors import existing, named
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import stress_intensities
 from craftmesh.growth.front_extensions import counted_front, front_extensions
-from craftmesh.growth.kink_angle import SlipField
 from craftmesh.growth.load_history import rainflow_blocks
 from craftmesh.growth.options import GrowthOptions, check_cycle
+from craftmesh.growth.slip_planes import SlipField
 from craftmesh.growth.trust import doubted_sentence
 from craftmesh.io.front_csv import LOAD_CASE, rows_by_load, write_front
 from craftmesh.io.json_file import read_json, write_json

@@ -17,6 +17,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.model_tables import DISPLACEMENT_FORMAT, read_displacement_table, read_displacements
 from craftmesh.io.stage_npz import write_solution_vtu, write_solutions
+from craftmesh.io.stress_field import NAMES
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.stress import grain_stress
@@ -32,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "solution .npz: displacements and reactions by the deck's nodes")
     add_file(parser, "--vtu", "write displacements and stresses for ParaView")
-    add_file(parser, "--slip-table", "write slip by plane at nodes, for grow.criterion slip, a .csv")
+    add_file(
+        parser, "--slip-table", "write slip by plane and stress at nodes, for grow.criterion slip, a .csv"
+    )
     add_microstructure(parser)
     add_file(
         parser,
@@ -71,7 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
         shutil.rmtree(folder)
     write_solutions(output, solutions)
     if arguments.slip_table:
-        _write_slip(arguments.slip_table, model.mesh, slip, materials)
+        _write_slip(arguments.slip_table, model.mesh, slip, stress, materials)
     if arguments.vtu:
         displacement = next(iter(solutions.values())).displacement
         found, mesh = grain_stress(model, displacement), model.mesh
@@ -108,17 +111,21 @@ def _field_of(
 
 
 def _write_slip(
-    path: Path, mesh: TetMesh, slip: np.ndarray | None, materials: UserMaterials | None
+    path: Path,
+    mesh: TetMesh,
+    slip: np.ndarray | None,
+    stress: np.ndarray | None,
+    materials: UserMaterials | None,
 ) -> None:
-    """Write a table of nodes and the slip on each plane, summed over the slip systems of the plane.
+    """Write a table of nodes, the slip on each plane, summed over its slip systems, and the stress.
 
-    `read_slip_table` reads it. slip (n, s): slip of s systems at the nodes. Nodes that grains share are
-    left out, because their slip is a mean over these grains. Raises CraftmeshError if no material assigns
-    planes to s systems.
+    `read_slip_table` reads it. slip (n, s): slip of s systems at the nodes; stress (n, 6). Nodes that
+    grains share are left out, because their values are means over these grains. Raises CraftmeshError if
+    no material assigns planes to s systems.
     """
     of = [one.slip_planes for one in materials.by_phase.values()] if materials else []
     planes = next((names for names in of if slip is not None and len(names) == slip.shape[1]), ())
-    if slip is None or not planes:
+    if slip is None or stress is None or not planes:
         raise CraftmeshError(
             "--slip-table: the user material does not assign state variables to the slip of planes; "
             "give its template slip and slip_planes of equal length"
@@ -128,4 +135,5 @@ def _write_slip(
     columns = {f"slip_{plane}": np.zeros(len(inner)) for plane in planes}
     for plane, own in zip(planes, slip[inner].T):
         columns[f"slip_{plane}"] += own
+    columns |= dict(zip(NAMES, stress[inner].T))
     write_front(path, {"points": mesh.points[inner], "grain": lowest[inner]} | columns)

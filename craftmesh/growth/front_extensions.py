@@ -12,10 +12,10 @@ from craftmesh.growth.extension import doubts, kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import row_spacing
-from craftmesh.growth.kink_angle import SlipField, slip_kink_angles
 from craftmesh.growth.net_section import largest_net_stress
 from craftmesh.growth.options import SLIP, GrowthOptions, check_cycle
 from craftmesh.growth.relaxation import rows_along
+from craftmesh.growth.slip_planes import SlipField, slip_kink_angles
 from craftmesh.growth.steps import CycleCount, counted, crack_size
 from craftmesh.growth.trust import trusted
 from craftmesh.mechanics.faces import RESIDUAL
@@ -92,7 +92,8 @@ def front_extensions(
         still=still | {"": still[name]} if still else {},
     )
     if options.criterion == SLIP:
-        front = replace(front, slip_angle=_slip_angles(front, frames, options, slip))
+        slip_angle = _slip_angles(front, frames, options, slip, len(model.grains) > 1)
+        front = replace(front, slip_angle=slip_angle)
     report: dict = {"stress": stress}
     if options.yield_stress is not None:
         # a residual stress is in balance with itself, so that it loads no whole section
@@ -139,9 +140,16 @@ def _orientations(model: ElasticModel, grains: np.ndarray) -> np.ndarray:
 
 
 def _slip_angles(
-    front: FrontPoints, frames: FrontFrames, options: GrowthOptions, slip: SlipField | None
+    front: FrontPoints,
+    frames: FrontFrames,
+    options: GrowthOptions,
+    slip: SlipField | None,
+    has_boundaries: bool,
 ) -> np.ndarray:
-    """Return the kink angle (n,) at each front node along the slip plane with the most slip in `slip`."""
+    """Return the kink angle (n,) at each front node along the slip plane that is most active in `slip`.
+
+    Without grains in `slip`, means would cross grain boundaries. So a body with boundaries needs them.
+    """
     unknown = np.unique(front.grain[np.isnan(front.orientation).any(axis=(1, 2))])
     if len(unknown):
         raise CraftmeshError(
@@ -152,7 +160,12 @@ def _slip_angles(
         raise CraftmeshError(
             f"slip_table is {options.slip_table!r}, but only commands read it; pass its content as `slip`"
         )
-    return slip_kink_angles(frames, front.orientation, slip, options.ring, front.grain)
+    if slip.grain is None and has_boundaries:
+        raise CraftmeshError(
+            f"{slip.source}: has no column grain, but the body has several grains; add it, so that a front "
+            "node reads slip of its own grain"
+        )
+    return slip_kink_angles(frames, front.orientation, slip, options, front.grain)
 
 
 def _columns(

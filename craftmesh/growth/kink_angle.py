@@ -1,7 +1,6 @@
-"""Kink angles of a crack front, from K or along slip planes."""
+"""Kink angles of a crack front, from K."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -11,11 +10,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, STRESS, WIDEST_IN_CRYSTALS, GrowthOptions
 from craftmesh.mechanics.near_field import NearField, as_tensor, near_field
-from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import import_user_callable, returned_array
-from craftmesh.surface.measure import span_of
-from craftmesh.surface.rounding import SAME_PLACE
-from craftmesh.surface.side_data import coordinates_hint, spans_told
 
 # Degrees: largest kink angle tried for the energy release rate, which in pure mode II peaks at 76.
 WIDEST = 85.0
@@ -23,13 +18,6 @@ STEP = 0.25  # degrees between tried angles; a parabola through the best three f
 # Columns of K in the order of the near fields, whose modes displace along binormal, normal and tangent:
 # K_II, K_I, K_III.
 ORDER = (1, 0, 2)
-# Radius, relative to that of the ring around a front node on which slip is read, around a point of the
-# ring. Points of the user's slip table within it are averaged, weighted by inverse distance.
-NEAR = 0.5
-# Tolerance of two angles, in radians. A slip line may point backwards by it, so that a line perpendicular
-# to the crack counts in both senses. A slip plane whose angle to the plane normal to the front is less has
-# no clear line in that plane, and is skipped.
-LEEWAY = np.radians(5)
 
 
 def kink_angles_of(front: FrontPoints, options: GrowthOptions) -> np.ndarray:
@@ -213,70 +201,3 @@ def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray,
     stress = np.einsum("nijkl,nakl->naij", as_tensor(stiffness)[..., :2], gradient, optimize=True)
     across = np.stack([-np.sin(angles), np.cos(angles), 0 * angles], axis=1)
     return angles, np.sqrt(2 * np.pi) * np.einsum("ai,naij,aj->na", across, stress, across, optimize=True)
-
-
-@dataclass(frozen=True, eq=False)
-class SlipField:
-    """Activity of p slip planes at points (k, 3), from a table of the user.
-
-    normals (p, 3): plane normals in crystal axes, of any length. activity (k, p): accumulated slip of each
-    plane, or any fatigue indicator that grows with it. grain (k,): grain of each point, None if unknown.
-    source: name of the table in error messages.
-    """
-
-    points: np.ndarray
-    normals: np.ndarray
-    activity: np.ndarray
-    grain: np.ndarray | None = None
-    source: str = "slip_table"
-
-
-def slip_kink_angles(
-    frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: float, grain: np.ndarray | None = None
-) -> np.ndarray:
-    """Return kink angles (n,) in radians along the slip plane that is most active ahead of each front node.
-
-    A slip plane meets the plane normal to the front in a line, of which the part that points forwards
-    counts. The plane's activity is the mean of field.activity near the point where this line crosses a ring
-    around the node, with a radius of `ring` local edges; the plane with the largest is the most active. The
-    angle is 0 where no plane slips. turns (n, 3, 3): active rotations from crystal to sample axes at the
-    nodes. grain (n,): grains of the nodes; if the field's points have grains, a node reads points of its
-    grain only, and planes whose line has left the grain at the ring do not count. Raise CraftmeshError if
-    the field has no point of any grain near a crossing.
-    """
-    normals = np.einsum("nij,pj->npi", turns, field.normals / _length(field.normals))
-    lines = np.cross(normals, frames.tangent[:, None])
-    ahead, up = (np.einsum("npi,ni->np", lines, axis) for axis in (frames.binormal, frames.normal))
-    angle = np.arctan2(up, ahead)
-    angle = np.stack([angle, angle - np.copysign(np.pi, angle)], axis=2)
-    goes = (np.abs(angle) <= np.pi / 2 + LEEWAY) & (_length(lines) >= np.sin(LEEWAY))
-    slip = np.zeros(angle.shape)
-    tree, of_points = scipy.spatial.cKDTree(field.points), None if grain is None else field.grain
-    for node, plane, sense in np.argwhere(goes):
-        turn, radius = angle[node, plane, sense], ring * frames.size[node]
-        way = np.cos(turn) * frames.binormal[node] + np.sin(turn) * frames.normal[node]
-        place = frames.points[node] + radius * way
-        near = np.array(tree.query_ball_point(place, NEAR * radius, return_sorted=True), int)
-        if not len(near):
-            spans = span_of(field.points), span_of(frames.points)
-            at = ", ".join(f"{x:.4g}" for x in place)
-            raise CraftmeshError(
-                f"{field.source}: has no point within {NEAR * radius:.4g} of ({at}), on the ring around "
-                f"the front: {spans_told(('its points', 'the front'), *spans)}{coordinates_hint(*spans)}; "
-                "give the slip of this increment there, or another ring (grow.ring)"
-            )
-        if grain is not None and of_points is not None:
-            near = near[of_points[near] == grain[node]]
-            if not len(near):
-                continue  # the plane's line has left the grain where it crosses the ring
-        off = np.linalg.norm(field.points[near] - place, axis=1)
-        weight = 1 / np.maximum(off, SAME_PLACE * radius)
-        slip[node, plane, sense] = np.average(field.activity[near, plane], weights=weight)
-    candidates, slipped = angle.reshape(len(slip), -1), slip.reshape(len(slip), -1)
-    row, best = np.arange(len(slip)), slipped.argmax(axis=1)
-    return np.where(slipped[row, best] > 0, candidates[row, best], 0.0)
-
-
-def _length(vectors: np.ndarray) -> np.ndarray:
-    """Return the lengths (..., 1) of vectors (..., 3)."""
-    return np.linalg.norm(vectors, axis=-1, keepdims=True)

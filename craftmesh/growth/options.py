@@ -9,6 +9,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, import_user_callable, option
 
 STRESS, NEAR_FIELD, SLIP = "tangential_stress", "near_field", "slip"
+ACCUMULATED, FATEMI_SOCIE, ENERGY = "slip", "fatemi_socie", "energy"
 # Largest kink angle tried for the tangential stress, degrees; isotropic, it peaks at 70.5 in pure mode II.
 WIDEST_IN_CRYSTALS = 110.0
 CRITERIA = (STRESS, "energy_release", "richard", "straight", NEAR_FIELD, SLIP)
@@ -55,7 +56,19 @@ class GrowthOptions(Options):
     slip_table: str = option(
         "",
         "CSV of the slip around this increment's front, for criterion slip: columns x,y,z and slip_hkl of "
-        "each crystal plane, such as slip_111 and slip_1-11, or one column slip for all {111} planes",
+        "each crystal plane, such as slip_111 and slip_1-11, or slip_hkl_uvw of each slip system, or one "
+        "column slip for all {111} planes",
+    )
+    slip_parameter: Literal["slip", "fatemi_socie", "energy"] = option(
+        ACCUMULATED,
+        "what makes a plane of slip_table active: slip (the columns as they are), fatemi_socie (slip and "
+        "normal stress), energy (shear stress times slip); both also need columns sxx to syz",
+    )
+    fatemi_socie_k: float | None = option(
+        None, "k, weight of the normal stress in slip_parameter fatemi_socie", at_least=0
+    )
+    cyclic_yield_stress: float | None = option(
+        None, "yield stress in slip_parameter fatemi_socie, in the unit of the table's stress", above=0
     )
     ring: float = option(
         2.0, "radius of the ring around the front on which slip is read, in local front edges", above=0
@@ -125,6 +138,18 @@ class GrowthOptions(Options):
             raise CraftmeshError(
                 f"criterion is {self.criterion} and slip_table {self.slip_table!r}; give a slip_table with "
                 "criterion slip, and none with any other"
+            )
+        if self.slip_parameter != ACCUMULATED and self.criterion != SLIP:
+            raise CraftmeshError(
+                f"slip_parameter is {self.slip_parameter}, but criterion is {self.criterion}; use "
+                "criterion slip, or remove slip_parameter"
+            )
+        constants = self.fatemi_socie_k, self.cyclic_yield_stress
+        if constants.count(None) != (0 if self.slip_parameter == FATEMI_SOCIE else len(constants)):
+            raise CraftmeshError(
+                f"slip_parameter is {self.slip_parameter}, fatemi_socie_k {constants[0]} and "
+                f"cyclic_yield_stress {constants[1]}; give both numbers with slip_parameter fatemi_socie, "
+                "and neither with any other"
             )
         loads = [key for key in ("blocks", "block_table", "cycle", "stress_ratio") if getattr(self, key)]
         if len(loads) > 1 and loads[0] in ("blocks", "block_table"):

@@ -10,6 +10,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.npz import load
+from craftmesh.io.stress_field import NAMES
 from craftmesh.io.text_table import read_table
 
 COLUMNS = ("node", "ux", "uy", "uz")
@@ -25,7 +26,8 @@ _PRINT = re.compile(
     r"+(\S+)\s*$"
 )
 ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")  # columns of isotropic and of full strains
-_PLANE = re.compile(r"slip_(-?\d)(-?\d)(-?\d)")
+_INDICES = r"_(-?\d)(-?\d)(-?\d)"
+_SLIP = re.compile(f"slip{_INDICES}(?:{_INDICES})?")
 OCTAHEDRAL = ("111", "-111", "1-11", "11-1")  # Miller indices of the octahedral planes of cubic crystals
 HISTORY = ("load",)  # column of a load history
 PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
@@ -228,25 +230,38 @@ def read_blocks(path: str | os.PathLike) -> tuple[str, ...] | np.ndarray:
 
 def read_slip_table(
     path: str | os.PathLike,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-    """Return points (k, 3), normals (p, 3) of slip planes in crystal axes, slip (k, p), and grains (k,).
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
+    """Return points (k, 3), normals (s, 3), slip (k, s), grains (k,), directions (s, 3), stress (k, 6).
 
     The table has columns x, y, z, and either a column slip_hkl per plane, such as slip_111 or slip_1-11, or
-    a column slip, whose values hold for each plane of OCTAHEDRAL. The normals are the Miller indices, not
-    of unit length. Without a column grain, the grains are None. Raises CraftmeshError if other columns are
-    missing, for slip_000, and for cells that are not numbers.
+    slip_hkl_uvw per slip system, such as slip_111_0-11, or a column slip, whose values hold for each plane
+    of OCTAHEDRAL. Normals and directions are the Miller indices, not of unit length. None: grains without a
+    column grain, directions of planes, and stress without all columns of NAMES. Raises CraftmeshError if
+    other columns are missing, for systems mixed with planes, for indices 000, for directions not in their
+    plane, and for cells that are not numbers.
     """
     table = read_table(path, "xyz")
-    planes = [name for name in table.names if _PLANE.fullmatch(name.casefold())]
-    if not planes and not table.has(["slip"]):
+    names = [name for name in table.names if _SLIP.fullmatch(name.casefold())]
+    if not names and not table.has(["slip"]):
         raise CraftmeshError(
             f"{path}: its columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and slip "
-            "or slip_hkl of planes, such as slip_111, slip_1-11"
+            "or slip_hkl of planes, such as slip_111, slip_1-11, or slip_hkl_uvw of systems"
         )
-    found = [_PLANE.fullmatch(name.casefold()) for name in planes or [f"slip_{hkl}" for hkl in OCTAHEDRAL]]
-    normals = np.array([one.groups() for one in found if one], float)
-    columns = [name.casefold() for name in planes] or ["slip"] * len(normals)
-    if not np.abs(normals).max(axis=1).all():
-        raise CraftmeshError(f"{path}: slip_000 is not a plane; use Miller indices that are not all 0")
+    columns = [name.casefold() for name in names] or [f"slip_{hkl}" for hkl in OCTAHEDRAL]
+    found = [[int(index) for index in re.findall(r"-?\d", name)] for name in columns]
+    if len({len(indices) for indices in found}) > 1:
+        raise CraftmeshError(
+            f"{path}: has columns slip_hkl of planes and slip_hkl_uvw of systems; give one of the two"
+        )
+    indices = np.array(found, float).reshape(len(found), -1, 3)
+    for name, one in zip(columns, indices):
+        if not one.any(axis=1).all() or (len(one) > 1 and one[0] @ one[1]):
+            raise CraftmeshError(
+                f"{path}: {name} is not a plane, or a plane and a direction in it; use Miller indices that "
+                "are not all 0, and directions perpendicular to the normal hkl"
+            )
+    slip = table.numbers(columns if names else ["slip"] * len(columns))
     grain = table.numbers(["grain"])[:, 0].astype(int) if table.has(["grain"]) else None
-    return table.numbers("xyz"), normals, table.numbers(columns), grain
+    directions = indices[:, 1] if indices.shape[1] > 1 else None
+    stress = table.numbers(NAMES) if table.has(NAMES) else None
+    return table.numbers("xyz"), indices[:, 0], slip, grain, directions, stress

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from craftmesh.cli import main
 from craftmesh.growth.steps import CycleCount
 from craftmesh.io.front_csv import read_front
 from craftmesh.io.npz import write_labels
-from craftmesh.io.vtk import write_tets
+from craftmesh.io.vtk import read_tets, write_tets
 from craftmesh.types import Voxels
 
 MATERIAL = ("--material", "isotropic:70,0.3")
@@ -78,6 +79,44 @@ def test_by_slip_the_front_goes_along_the_most_active_plane(folder, capsys):
     write_labels(folder / "labels.npz", known)
     assert run(folder, *flags, "--microstructure", str(folder / "labels.npz")) == 0
     assert np.abs(read_front(folder / "sif.csv")["kink_angle"]) == pytest.approx(45, abs=1)
+
+
+# Shear sxz stresses (001) along [100], and tension along x and y pulls on (111). (001) slips a little more.
+@pytest.mark.parametrize(
+    ("parameter", "shear", "angle"),
+    [("slip", 200, 0), ("fatemi_socie", 200, 45), ("energy", 200, 0), ("energy", 0, 45)],
+)
+def test_the_slip_parameter_decides_along_which_plane_the_front_goes(folder, parameter, shear, angle):
+    grid = np.moveaxis(np.mgrid[0:10:21j, 0:4:9j, 0:10:21j], 0, -1).reshape(-1, 3)
+    rows = np.tile([1.0, 0.9, 300, 300, 0, 0, shear, 0], (len(grid), 1))
+    header = "x,y,z,slip_001_100,slip_111_-101,sxx,syy,szz,sxy,sxz,syz"
+    np.savetxt(folder / "slip.csv", np.column_stack([grid, rows]), "%g", ",", header=header, comments="")
+    turns = np.tile([1.0, 0, 0, 0], (3, 1))
+    write_labels(
+        folder / "labels.npz", Voxels(np.ones((1, 1, 1), int), (1,) * 3, (0,) * 3, orientations=turns)
+    )
+    flags = ["--quarter-points", "--crack", str(folder / "crack.vtp"), "--criterion", "slip"]
+    flags += ["--slip-table", str(folder / "slip.csv"), "--microstructure", str(folder / "labels.npz")]
+    flags += ["--slip-parameter", parameter]
+    if parameter == "fatemi_socie":
+        flags += ["--fatemi-socie-k", "1", "--cyclic-yield-stress", "400"]
+    assert run(folder, *flags) == 0
+    assert np.abs(read_front(folder / "sif.csv")["kink_angle"]) == pytest.approx(angle, abs=1)
+
+
+def test_a_slip_table_without_grains_is_rejected_in_a_body_with_boundaries(folder, capsys):
+    mesh = read_tets(folder / "volume.vtu")
+    far = mesh.points[mesh.tets[:, :4], 0].mean(axis=1) > 9
+    write_tets(folder / "two.vtu", replace(mesh, grain=np.where(far, 2, mesh.grain)))
+    (folder / "slip.csv").write_text("x,y,z,slip\n5,2,5,1\n")
+    turns = np.tile([1.0, 0, 0, 0], (3, 1))
+    two = Voxels(np.array([1, 2]).reshape(2, 1, 1), (1,) * 3, (0,) * 3, orientations=turns)
+    write_labels(folder / "two.npz", two)
+    flags = ["--quarter-points", "--crack", str(folder / "crack.vtp"), "--criterion", "slip", *MATERIAL]
+    flags += ["--slip-table", str(folder / "slip.csv"), "--microstructure", str(folder / "two.npz")]
+    files = [str(folder / name) for name in ("two.vtu", "u.npz", "sif.csv")]
+    assert main(["fracture", *files[:2], "-o", files[2], *flags]) == 1
+    assert "slip.csv: has no column grain, but the body has several grains" in capsys.readouterr().err
 
 
 def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
