@@ -221,11 +221,12 @@ def _filled(
 def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> None:
     """Raise CraftmeshError for poor or flat new tets, and for grains of another volume than in `surface`.
 
-    A volume may differ by the fraction options.gradate.volume_tolerance.
+    Without options.tetrahedralize.optimise, poor tets are allowed, as in a mesh made from scratch. A volume
+    may differ by the fraction options.gradate.volume_tolerance.
     """
     measures = shape_measures(renewed.points, renewed.tets[renewed.origin < 0])
     poor = int((is_poor(measures) | is_flat(measures)).sum())
-    if poor:
+    if poor and options.tetrahedralize.optimise:
         raise CraftmeshError(
             f"{poor} tetrahedra of the renewed part would be poor (shape factor under 0.02 or a dihedral "
             "angle under 10 or over 160 degrees)"

@@ -103,18 +103,20 @@ def optimised_volume(
     sizing: Lengths,
     options: TetrahedralizeOptions,
 ) -> Volume:
-    """Return the given tetrahedra of all grains, optimised as `mesh_volume` does after the filling.
+    """Return the given tetrahedra of all grains, optimised as `mesh_volume` does with the same options.
 
-    grain_tets: tetrahedra that fill the grains of `surface`, one entry per grain by ascending id. Raises
-    WrongMesh if they do not fill a grain.
+    grain_tets: tetrahedra that fill the grains of `surface`, one entry per grain by ascending id. Without
+    options.optimise only faulty tetrahedra change. Raises WrongMesh if they do not fill a grain.
     """
+    filled = Volume(surface, grain_tets, record_of(options.mesher, {}, [], None))
+    if not options.optimise:
+        return complete_volume(filled, lambda: sizing, options)
     better = []
     for given, bounds in zip(grain_tets, grain_surfaces(surface), strict=True):
         nodes = np.concatenate([surface.points[given.nodes], given.interior])
         nodes, tets, _ = optimised(bounds, nodes, given.tets, sizing)
         better.append(GrainTets(given.grain, given.nodes, nodes[len(given.nodes) :], tets))
-    filled = Volume(surface, better, record_of(options.mesher, {}, [], None))
-    return complete_volume(filled, lambda: sizing, options)
+    return complete_volume(replace(filled, grain_tets=better), lambda: sizing, options)
 
 
 def complete_volume(

@@ -28,6 +28,7 @@ from craftmesh.renewal.renew import StageOptions, history_of, renew_mesh
 from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.measure import area_vectors
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.volume import mesh_volume
 
 PLAIN = remesh(voronoi(3, 6, (26, 20, 26)))[0]
@@ -130,6 +131,24 @@ def test_the_same_input_gives_the_same_bytes_for_any_number_of_workers(first, re
     again = renew_mesh(*first, PLAIN, crack, sizing, ALWAYS, workers=2)
     assert again.mesh.points.tobytes() == renewed.mesh.points.tobytes()
     assert again.mesh.tets.tobytes() == renewed.mesh.tets.tobytes()
+
+
+def test_without_optimise_the_part_is_not_optimised_either(first, renewed):
+    mesh, history = first
+    crack, sizing = penny(5.6)
+    plain = replace(ALWAYS, tetrahedralize=TetrahedralizeOptions(optimise=False))
+    found = renew_mesh(mesh, history, PLAIN, crack, sizing, plain)
+    assert is_renewed(found) and check(found.mesh) == []
+    assert renewed.report["meshing"]["smoothed"] and not found.report["meshing"]["smoothed"]
+    before = set(map(tuple, mesh.points.tolist()))
+    # the elements around the new ones, which optimising moves, are as before
+    stay = [before.intersection(map(tuple, one.mesh.points.tolist())) for one in (renewed, found)]
+    assert stay[0] < stay[1]
+    new = [
+        shape_measures(one.mesh.points, one.mesh.tets[one.mesh.element_sets["NEW"]])
+        for one in (renewed, found)
+    ]
+    assert new[0][:, 1].mean() < new[1][:, 1].mean()
 
 
 @pytest.mark.parametrize(
