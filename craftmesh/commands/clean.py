@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
 def spare(results: Path) -> Iterator[Path]:
     """Yield the files and folders in a folder of results that `clean` removes.
 
-    Files of stages are those of finished cases; unfinished files of killed jobs are those of all cases.
+    Unfinished files of killed jobs are removed from all cases, files of stages only from finished cases.
     """
     yield from sorted(results.rglob(f"{UNFINISHED}*"))
     for one in case_statuses(results):

@@ -70,8 +70,7 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
         return NO_TRACTIONS
     pairs = lip_pairs(mesh)
     force = contact[pairs.nodes[:, 0]]
-    push = np.einsum("pi,pi->p", pairs.normal, force)
-    friction = force - push[:, None] * pairs.normal
+    push, friction = pairs.split(force)
     fitted = _fitted(mesh, pairs, np.column_stack([push, friction]))
     touching = ((push != 0)[pairs.facets] & (pairs.facets >= 0)).any(axis=1)
     fitted, turn = fitted[touching], pairs.turn[touching, :3]

@@ -125,13 +125,12 @@ def _grown(
     """Return one surface of a crack with its fronts moved; it has no fronts if none is left in the box.
 
     ATTEMPTS, which repair and smooth differently, follow each other until the result is a valid crack
-    without new kinks over FOLDED. If all have such kinks, the first valid one counts. Attempts that smooth
-    more are skipped unless options.smoothing is fit.
+    without new kinks over FOLDED or a new fold. If all have these, the first valid one counts. Attempts
+    that smooth more are skipped unless options.smoothing is fit.
     """
     box = np.asarray(box, float)
     rows = _rows_by_front(crack, along.points)
     allowed = max(FOLDED, kinks_of(crack.points, crack.triangles).sharpest)
-    was_folded = bool(fold_of(crack.points, crack.triangles))
     folded: CraftmeshError | None = None
     kinked: tuple[Crack, Counter[str]] | None = None
     for repair, coarser, share, stops in ATTEMPTS:
@@ -151,7 +150,7 @@ def _grown(
             continue
         kinked = kinked or (result, done)
         smooth = kinks_of(points, triangles).sharpest <= allowed
-        if smooth and (was_folded or not fold_of(points, triangles)):
+        if smooth and (not fold_of(points, triangles) or fold_of(crack.points, crack.triangles)):
             kinked = result, done
             break
     if kinked is None:

@@ -63,8 +63,9 @@ def slip_kink_angles(
     _check_columns(field, options)
     axes = unit(field.normals)
     plane_of = (np.abs(axes @ axes.T) > 1 - ROUNDING).argmax(axis=1)  # the first system of the plane
-    systems = [np.flatnonzero(plane_of == first) for first in np.unique(plane_of)]
-    normals = np.einsum("nij,pj->npi", turns, axes[np.unique(plane_of)])
+    planes = np.unique(plane_of)
+    systems = [np.flatnonzero(plane_of == first) for first in planes]
+    normals = np.einsum("nij,pj->npi", turns, axes[planes])
     lines = np.cross(normals, frames.tangent[:, None])
     ahead, up = (np.einsum("npi,ni->np", lines, axis) for axis in (frames.binormal, frames.normal))
     angle = np.arctan2(up, ahead)

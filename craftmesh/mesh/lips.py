@@ -32,8 +32,16 @@ class LipPairs:
 
     def gaps(self, displacement: np.ndarray) -> np.ndarray:
         """Return the gap (p,) by which a displacement (n, 3) opens each pair, < 0 if lips overlap."""
+        return self.split(self.jumps(displacement))[0]
+
+    def jumps(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the displacement (p, 3) of each pair's node on lip A, minus that of its node on lip B."""
         a, b = self.nodes.T
-        return np.einsum("pi,pi->p", self.normal, displacement[a] - displacement[b])
+        return displacement[a] - displacement[b]
+
+    def split(self, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return components (p,) along the normals, and parts (p, 3) across them, of vectors (p, 3)."""
+        return np.einsum("pi,pi->p", self.normal, vectors), square_to(vectors, self.normal)
 
     def forces(self, push: np.ndarray, shape: tuple) -> np.ndarray:
         """Return nodal forces, of shape (n, 3), where `push` (p, 3) acts on lip A of pairs, -push on B."""

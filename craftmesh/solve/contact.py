@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.front_curve import unit
 from craftmesh.mesh.lips import LipPairs
 from craftmesh.solve.friction import friction_at_rest, next_friction
 from craftmesh.solve.iteration import ClosedPairs, Found, Iteration
@@ -82,7 +83,7 @@ def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray, coeff
         rubbing = friction.drag * slides, friction.spring * slides
         found = iteration.solved(displacement, ClosedPairs(pairs, axes, held, rubbing, fixed, text), aim)
         displacement, least = found.displacement, aim * found.size
-        push = np.einsum("pi,pi->p", pairs.normal, found.push)
+        push, _ = pairs.split(found.push)
         pulls = (push < -least) & (push + around @ push < -least)
         opens = closed & pulls & (releases < _MOST_RELEASES)
         closes = ~closed & (pairs.gaps(displacement) < -least_overlap(displacement, aim))
@@ -104,8 +105,7 @@ def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray, coeff
 def _axes(normal: np.ndarray) -> np.ndarray:
     """Return three orthonormal axes (p, 3, 3) as rows, the first of which is the normal (p, 3)."""
     other = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    first = np.cross(normal, other)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(np.cross(normal, other))
     return np.stack([normal, first, np.cross(normal, first)], axis=1)
 
 

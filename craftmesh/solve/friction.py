@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from craftmesh.mesh.front_curve import unit
 from craftmesh.mesh.lips import LipPairs
 
 # Largest number of releases of a pair from sticking. A pair that sticks again after these keeps sticking.
@@ -60,10 +61,8 @@ def next_friction(
     """
     if not coefficient:
         return last
-    first, second = pairs.nodes.T
-    normal, jump = pairs.normal, displacement[first] - displacement[second]
-    push = np.einsum("pi,pi->p", normal, force)
-    drag, slip = (own - np.einsum("pi,pi->p", normal, own)[:, None] * normal for own in (force, jump))
+    push, drag = pairs.split(force)
+    _, slip = pairs.split(pairs.jumps(displacement))
     wide_drag = drag + around @ drag
     excess = np.linalg.norm(drag, axis=1) - coefficient * push
     wide_excess = np.linalg.norm(wide_drag, axis=1) - coefficient * (push + around @ push)
@@ -71,9 +70,7 @@ def next_friction(
     begins = sticks & (excess > least) & (wide_excess > least) & (last.releases < _MOST_RELEASES)
     ends = slides & ((slip * last.slip).sum(axis=1) < 0)
     size = np.linalg.norm(slip, axis=1)
-    slip = np.where(slides[:, None], slip, -wide_drag)
-    length = np.linalg.norm(slip, axis=1, keepdims=True)
-    slip = np.divide(slip, length, out=np.zeros_like(slip), where=length > 0)
+    slip = unit(np.where(slides[:, None], slip, -wide_drag))
     wanted = np.where((slides | begins)[:, None], -coefficient * push[:, None] * slip, 0.0)
     rate = np.divide(
         coefficient * np.maximum(push, 0.0), size, out=np.zeros_like(size), where=slides & (size > 0)
@@ -83,7 +80,7 @@ def next_friction(
         ~closed | (last.sticks | ends) & ~begins,
         slip,
         wanted,
-        np.sqrt(rate)[:, None] * np.cross(normal, slip),
+        np.sqrt(rate)[:, None] * np.cross(pairs.normal, slip),
         last.releases + begins,
         bool(off <= least) and not (begins | ends).any(),
     )

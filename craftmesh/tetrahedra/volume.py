@@ -108,15 +108,14 @@ def optimised_volume(
     grain_tets: tetrahedra that fill the grains of `surface`, one entry per grain by ascending id. Without
     options.optimise only faulty tetrahedra change. Raises WrongMesh if they do not fill a grain.
     """
-    filled = Volume(surface, grain_tets, record_of(options.mesher, {}, [], None))
-    if not options.optimise:
-        return complete_volume(filled, lambda: sizing, options)
-    better = []
-    for given, bounds in zip(grain_tets, grain_surfaces(surface), strict=True):
-        nodes = np.concatenate([surface.points[given.nodes], given.interior])
-        nodes, tets, _ = optimised(bounds, nodes, given.tets, sizing)
-        better.append(GrainTets(given.grain, given.nodes, nodes[len(given.nodes) :], tets))
-    return complete_volume(replace(filled, grain_tets=better), lambda: sizing, options)
+    better = list(grain_tets)
+    if options.optimise:
+        for k, (given, bounds) in enumerate(zip(grain_tets, grain_surfaces(surface), strict=True)):
+            nodes = np.concatenate([surface.points[given.nodes], given.interior])
+            nodes, tets, _ = optimised(bounds, nodes, given.tets, sizing)
+            better[k] = GrainTets(given.grain, given.nodes, nodes[len(given.nodes) :], tets)
+    filled = Volume(surface, better, record_of(options.mesher, {}, [], None))
+    return complete_volume(filled, lambda: sizing, options)
 
 
 def complete_volume(
