@@ -139,9 +139,13 @@ class Campaign:
         return {"base": f"{before}/base.vtp", "step": f"{before}/step.csv"} if int(inc) else {}
 
     def last_front(self, case: str, inc: str) -> dict[str, str]:
-        """Return {"last": file}, the report of K of the increment from which the crack grew; else {}."""
-        grown = self.cases[case].grows and int(inc)
-        return {"last": f"{self.results}/{case}/{int(inc) - 1:03d}/fracture.json"} if grown else {}
+        """Return the files `last` and `last_growth` of the increment from which the crack grew; else {}.
+
+        They are its reports of K and of growth.
+        """
+        before = f"{self.results}/{case}/{int(inc) - 1:03d}"
+        found = {"last": f"{before}/fracture.json", "last_growth": f"{before}/growth.json"}
+        return found if self.cases[case].grows and int(inc) else {}
 
     def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
         """Return the options of each crack of an increment.

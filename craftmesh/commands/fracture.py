@@ -46,6 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--last",
         "the --json of the previous increment, made with --crack: load cycles are counted from there",
     )
+    add_file(
+        parser, "--last-growth", "the report of `craftmesh grow` on it: the cycles are of the step laid"
+    )
     add_units(parser, "the units in --json")
     add_options(parser, FractureOptions, ModelOptions, GrowthOptions)
 
@@ -70,8 +73,9 @@ def run(arguments: argparse.Namespace) -> None:
     if crack is not None:
         last, slip, slips = None, None, growth.slip_table
         if arguments.last:
+            laid = read_json(arguments.last_growth) if arguments.last_growth else None
             with named(arguments.last):
-                last = counted_front(read_json(arguments.last).get("growth", {}))
+                last = counted_front(read_json(arguments.last).get("growth", {}), laid)
         if slips:
             slip = SlipField(*read_slip_table(existing(Path(slips))), source=slips)
         own, report["growth"] = front_extensions(crack, model, solutions, found, growth, last, slip)

@@ -9,7 +9,7 @@ from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.sheets import sheets
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.front_step import FrontStep, Step
-from craftmesh.growth.grow import grow, nearest_feet
+from craftmesh.growth.grow import SHORTENED, grow, nearest_feet
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.relaxation import over_step_again, rows_along
 from craftmesh.growth.trust import or_all
@@ -32,8 +32,9 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     The strip of `last`, the crack surface that it added, is laid again in the box (2, 3). Each point's move
     is turned by SHARE of the kink found where the point arrived, and its length follows the rate found
     there. The points of the result are the nearest to the points of `reached` on the new front, with LEFT
-    times their kinks. Raise CraftmeshError if the crack is not valid (`grow`), if the number of surfaces or
-    fronts changes, or if the new front is farther away than the largest extension.
+    times their kinks. Raise CraftmeshError if the crack is not valid (`grow`), if the strip, whose cycles
+    are counted already, would be shorter, if the number of surfaces or fronts changes, or if the new front
+    is farther away than the largest extension.
     """
     before, after = last.along, reached.along
     found = np.column_stack([after.kink_angle, after.rate])
@@ -43,7 +44,9 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     power = float(np.median(before.power))
     extension = over_step_again(before.rate, before.extension, rate, power, fronts)
     laid = replace(before, kink_angle=before.kink_angle + SHARE * kink, extension=extension)
-    crack = grow(last.crack, laid, box, options)
+    crack, repairs, _ = grow(last.crack, laid, box, options)
+    if repairs[SHORTENED]:
+        raise CraftmeshError("the corrected strip folds unless it is shorter than the step")
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
     if crack is None or parts[0] != parts[1] or len(crack.fronts) != len(reached.crack.fronts):
         raise CraftmeshError("the corrected crack would have another number of surfaces or fronts")

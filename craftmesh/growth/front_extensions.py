@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -109,17 +110,23 @@ def front_extensions(
     return columns | ways | {"flags": columns.pop("flags")}, report
 
 
-def counted_front(report: Mapping[str, float | None]) -> CycleCount | None:
+def counted_front(
+    report: Mapping[str, float | None], growth: Mapping[str, Any] | None = None
+) -> CycleCount | None:
     """Return the front and its load cycles from a report of `front_extensions`; None if it did not extend.
 
-    Raise CraftmeshError for a report without these fields.
+    growth: the report of `grow_crack` on this front; its `laid` is the fraction of the step that was laid,
+    which counts; without it the whole step counts. Raise CraftmeshError for a report without these fields.
     """
     if not set(CycleCount._fields) <= report.keys():
         raise CraftmeshError(
             "this report has no load cycles to continue; give the --json of `craftmesh fracture --crack`"
         )
     last = CycleCount(*(report[key] or 0.0 for key in CycleCount._fields))
-    return last if last.rate > 0 else None
+    if last.rate <= 0:
+        return None
+    laid = float((growth or {}).get("laid", 1.0))
+    return last.laid(laid) if laid < 1 else last
 
 
 def _cycles(count: CycleCount, options: GrowthOptions) -> dict[str, float | None]:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -38,6 +39,7 @@ CORNER = 3.0
 # Distance, in row spacings, within which two surfaces one above the other become one. Parallel surfaces
 # 0.1 l_min apart left slivers and facets 0.1 l_min off; surfaces 0.3 l_min apart left none.
 MERGED = 0.3
+SHORTENED = "shortened"
 # Attempts at a valid surface, in turn: the repair, the factor on the fit's smoothing length, the fraction
 # of the step, and whether points that leave the box stop just outside it, where the surface may fold. A
 # front that leaves the box whole then goes straight on.
@@ -45,59 +47,67 @@ ATTEMPTS = (
     ("", 1, 1.0, False),
     ("stopped", 1, 1.0, True),
     *(("smoothed", coarser, 1.0, True) for coarser in (2, 4, 8)),
-    *(("shortened", 1, share, True) for share in (1 / 2, 1 / 4)),
+    *((SHORTENED, 1, share, True) for share in (1 / 2, 1 / 4)),
 )
 # Numbers of rows of a strip; the first with the fewest kinks counts. Between fronts that are twisted
 # against each other long triangles make a washboard, whose kinks are the twist within a row.
 ROWS = (1, 2, 4, 8)
 FOLDED = WIDEST_IN_CRYSTALS  # angle between triangles over which a strip is folded: no kink is larger
-# What was done to a new front or strip, for the report; the counts of `grow`'s repairs have these keys.
+# What was done to a new front or strip, for the report; the keys of `GrownCrack.repairs`.
 REPAIRS = {
     "loops": "a front crossed itself; the loop is cut off",
     "ends": "a front came back into the body at its end; the end is cut off",
     "ligaments": "a ligament thinner than an edge of the front is broken through",
     "stopped": "a strip folded outside the body; it ends just outside",
     "smoothed": "a strip folded; its moves are smoothed over a longer length",
-    "shortened": "a strip folded; it is half or a quarter of the step",
+    SHORTENED: "a strip folded; it is half or a quarter of the step",
 }
 LEAST_ROWS = 3  # fewest rows of a surface or front that grows; fewer give no spacing, and it soon vanishes
 
 
-def grow(
-    crack: Crack,
-    along: FrontStep,
-    box: np.ndarray,
-    options: SmoothingOptions,
-    repairs: Counter[str] | None = None,
-) -> Crack | None:
-    """Return the crack with its fronts moved; None if no front is left inside the box (2, 3).
+class GrownCrack(NamedTuple):
+    """A crack whose fronts have moved.
+
+    crack: None if no front is left inside the box; repairs: count of each repair, a key of REPAIRS;
+    extension (n,): the extension laid at each row, the row's own times the fraction that `beside_rest` and
+    shorter attempts leave. Smoothing, cut loops and ends outside the box do not change it.
+    """
+
+    crack: Crack | None
+    repairs: Counter[str]
+    extension: np.ndarray
+
+
+def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> GrownCrack:
+    """Return the crack with its fronts moved, in the box (2, 3).
 
     along: a row for each front node with K, with the node's move. The moves are smoothed along each front
     (the paper, section 2). Front ends on the box move to it or beyond. A strip joins old and new front. In
     a crack of several surfaces each grows by the rows of its own fronts, and stays if it has too few.
     Surfaces that almost coincide become one. Surfaces that coincide exactly stay two: the part of a front
-    inside the other surface has no rows, and moves like the rest. repairs: counts what was repaired, by the
-    keys of REPAIRS (loops cut off, shorter moves ...). Raise CraftmeshError for rows that lie on no front,
-    and if the last of the ATTEMPTS, with smoother and shorter moves, is still no crack (folded, torn).
+    inside the other surface has no rows, and moves like the rest. Raise CraftmeshError for rows that lie on
+    no front, and if the last of the ATTEMPTS, with smoother and shorter moves, is still no crack (folded,
+    torn).
     """
-    parts, repairs = sheets(crack), Counter() if repairs is None else repairs
+    parts, repairs, extension = sheets(crack), Counter[str](), along.extension.copy()
     if len(parts) == 1:
-        grown = _grown(crack, along, box, options, repairs)
+        grown, repairs, extension = _grown(crack, along, box, options)
     else:
         lines = [polyline(part.points[front]) for part in parts for front in part.fronts]
         of_line = np.repeat(np.arange(len(parts)), [len(part.fronts) for part in parts])
         owner = of_line[nearest_feet(lines, along.points)[0]]
         clear = _clear_of_meetings(parts, along.points)
-        rows = [along.rows((owner == k) & clear) for k in range(len(parts))]
-        grown = one_crack(
-            [
-                _grown(part, own, box, options, repairs) if len(own.points) >= LEAST_ROWS else part
-                for part, own in zip(parts, rows)
-            ]
-        )
+        for k, part in enumerate(parts):
+            rows = np.flatnonzero((owner == k) & clear)
+            if len(rows) < LEAST_ROWS:
+                extension[owner == k] = 0.0
+                continue
+            parts[k], found, extension[rows] = _grown(part, along.rows(rows), box, options)
+            repairs += found
         length = row_spacing(along.points)
-        grown = merged_sheets(grown, np.asarray(box, float), length, MERGED * length)
-    return grown if any(_meets(grown.points[front], box) for front in grown.fronts) else None
+        grown = merged_sheets(one_crack(parts), np.asarray(box, float), length, MERGED * length)
+    meets = any(_meets(grown.points[front], box) for front in grown.fronts)
+    return GrownCrack(grown if meets else None, repairs, extension)
 
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
@@ -120,26 +130,28 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
 
 
 def _grown(
-    crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions, repairs: Counter[str]
-) -> Crack:
-    """Return one surface of a crack with its fronts moved; it has no fronts if none is left in the box.
+    crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions
+) -> tuple[Crack, Counter[str], np.ndarray]:
+    """Return one surface of a crack with its fronts moved, and repairs and extension as in `GrownCrack`.
 
-    ATTEMPTS, which repair and smooth differently, follow each other until the result is a valid crack
-    without new kinks over FOLDED or a new fold. If all have these, the first valid one counts. Attempts
-    that smooth more are skipped unless options.smoothing is fit.
+    The surface has no fronts if none is left in the box. ATTEMPTS, which repair and smooth differently,
+    follow each other until the result is a valid crack without new kinks over FOLDED or a new fold. If
+    all have these, the first valid one counts. Attempts that smooth more are skipped unless
+    options.smoothing is fit.
     """
     box = np.asarray(box, float)
     rows = _rows_by_front(crack, along.points)
     allowed = max(FOLDED, kinks_of(crack.points, crack.triangles).sharpest)
     folded: CraftmeshError | None = None
-    kinked: tuple[Crack, Counter[str]] | None = None
+    kinked: tuple[Crack, Counter[str], np.ndarray] | None = None
     for repair, coarser, share, stops in ATTEMPTS:
         if coarser > 1 and options.smoothing != "fit":
             continue
         own = replace(along, extension=share * along.extension)
-        done = Counter([repair] if repair else [])
-        laid = _with_strips(crack, own, rows, box, options, (coarser, stops), done)
-        points, triangles, fronts = laid
+        points, triangles, fronts, done, laid = _with_strips(
+            crack, own, rows, box, options, (coarser, stops)
+        )
+        done.update([repair] if repair else [])
         try:
             if not any(_meets(front, box) for front in fronts):
                 result = Crack(points, triangles, ())
@@ -148,16 +160,15 @@ def _grown(
         except CraftmeshError as error:
             folded = folded or error
             continue
-        kinked = kinked or (result, done)
+        kinked = kinked or (result, done, laid)
         smooth = kinks_of(points, triangles).sharpest <= allowed
         if smooth and (not fold_of(points, triangles) or fold_of(crack.points, crack.triangles)):
-            kinked = result, done
+            kinked = result, done, laid
             break
     if kinked is None:
         assert folded is not None
         raise folded
-    repairs.update(kinked[1])
-    return kinked[0]
+    return kinked
 
 
 def _with_strips(
@@ -167,35 +178,29 @@ def _with_strips(
     box: np.ndarray,
     options: SmoothingOptions,
     how: tuple[float, bool],
-    repairs: Counter[str],
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], Counter[str], np.ndarray]:
     """Return points, triangles and new fronts (k, 3) of a surface with a strip ahead of each front.
 
     A strip is the new crack surface between old and new front. Where front nodes do not move, the front
-    stays and there is no strip. rows: ids and arc lengths of each front's nodes with K; how: factor on the
-    smoothing length, and whether points stop just outside the box.
+    stays and there is no strip. Repairs and extension (n,) follow, as in `GrownCrack`. rows: ids and arc
+    lengths of each front's nodes with K; how: factor on the smoothing length, and whether points stop just
+    outside the box.
     """
-    coarser, stops = how
     spacing = row_spacing(along.points) / FINENESS
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
-    fronts = []
+    fronts, repairs, extension = [], Counter[str](), along.extension.copy()
     for front, (row, s) in zip(crack.fronts, rows):
         own = along.rows(row)
-        goes = own.extension > 0
-        if not goes.any():
+        if not (own.extension > 0).any():
             fronts.append(crack.points[front])
             continue
         points, triangles, ids = with_front_points(points, triangles, front, spacing)
         old = polyline(points[ids])
-        rest = points_at_rest(old, s, goes)
-        moves = beside_rest(old, rest, moves_along(old, s, own, options, coarser))
-        if stops and not _meets(old.points + moves, box):
-            straight = replace(own, kink_angle=np.zeros_like(own.kink_angle))
-            moves = beside_rest(old, rest, moves_along(old, s, straight, options, coarser))
-        moves = stopped_outside(old.points, moves, box) if stops else moves
-        moved = new_front(old, moves, box, frame, spacing, repairs)
-        places = broken_through(moved.points, box, frame[2], FINENESS * spacing, repairs)
+        moves, extension[row] = _moves(old, s, own, box, options, how)
+        moved, cut = new_front(old, moves, box, frame, spacing)
+        places, ligaments = broken_through(moved.points, box, frame[2], FINENESS * spacing)
+        repairs += cut + Counter(ligaments=ligaments)
         moved = moved._replace(points=np.where(moved.stays[:, None], moved.points, places))
         points, strip = min(
             (_strip(points, ids, old, moved, count) for count in ROWS),
@@ -203,7 +208,32 @@ def _with_strips(
         )
         triangles = np.concatenate([triangles, strip])
         fronts.append(moved.points)
-    return points, triangles, fronts
+    return points, triangles, fronts, repairs, extension
+
+
+def _moves(
+    old: Polyline,
+    s: np.ndarray,
+    own: FrontStep,
+    box: np.ndarray,
+    options: SmoothingOptions,
+    how: tuple[float, bool],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the moves (k, 3) of the points of a front `old`, and the extension (n,) that its rows keep.
+
+    own, s (n,): the front's rows and their arc lengths; how: as in `_with_strips`.
+    """
+    coarser, stops = how
+    rest = points_at_rest(old, s, own.extension > 0)
+    moves = moves_along(old, s, own, options, coarser)
+    share = beside_rest(old, rest, moves)
+    if stops and not _meets(old.points + share[:, None] * moves, box):
+        straight = replace(own, kink_angle=np.zeros_like(own.kink_angle))
+        moves = moves_along(old, s, straight, options, coarser)
+        share = beside_rest(old, rest, moves)
+    kept = own.extension * np.interp(s, old.arc, share)
+    moves = share[:, None] * moves
+    return stopped_outside(old.points, moves, box) if stops else moves, kept
 
 
 def _strip(

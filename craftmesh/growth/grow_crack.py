@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import corrected
 from craftmesh.growth.extension import ENDS, STAYS, UNSTABLE, has_way
 from craftmesh.growth.front_step import FrontStep, Step
-from craftmesh.growth.grow import REPAIRS, grow, row_spacing
+from craftmesh.growth.grow import REPAIRS, GrownCrack, grow, row_spacing
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.trust import trusted
 from craftmesh.types import Crack, Surface, Voxels
@@ -26,7 +27,8 @@ class Grown(NamedTuple):
     """The result of one increment.
 
     crack: the grown crack, or the given crack if growth ends; step: the step from which the new strip of
-    crack surface was laid; ended: why growth ends, "" if it goes on; warnings: one line each.
+    crack surface was laid, with the extensions laid; ended: why growth ends, "" if it goes on;
+    warnings: one line each.
     """
 
     crack: Crack
@@ -47,45 +49,47 @@ def grow_crack(
     """Return the crack grown by one increment in a body, and a report.
 
     ways: the columns of sif.csv, as `front_extensions` returns them; frames: the columns of front.csv, as
-    `front_frames(mesh).columns()` returns them. last: the previous step; its strip of crack surface is laid
-    again by the kinks found at its end, or stays, with a warning, if that is not possible. Severing is
-    detected only in a body of voxels. The report has areas before and after, ranges of kink angle,
-    extension and correction (degrees), `ended`, and counts of points by their reason to stay. Raise
-    CraftmeshError for missing columns, for columns of different meshes, and if the grown surface is no
-    valid crack.
+    `front_frames(mesh).columns()` returns them. last: the previous step; its strip of crack surface is
+    laid again by the kinks found at its end, or stays, with a warning, if that is not possible.
+    Severing is detected only in a body of voxels. The report has areas before and after, ranges of kink
+    angle, extension and correction (degrees), `laid`: the fraction of the extension laid, `ended`, and
+    counts of points by their reason to stay. Raise CraftmeshError for missing columns, for columns of
+    different meshes, and if the grown surface is no valid crack.
     """
     step = _step_of(crack, ways, frames)
     along, box, warnings = step.along, body.box, _short_step(step.along)
-    grown: Crack | None = crack
+    grown: GrownCrack | None = None
     words = list(ways.get("stays", ()))
     stays = {word: words.count(word) for word in STAYS if word in words}
-    repairs: Counter[str] = Counter()
     if (along.extension > 0).any() and not stays.keys() & ENDS:
         try:
             better = step if last is None else corrected(last, step, box, options)
-            grown, step = grow(better.crack, better.along, box, options, repairs), better
+            grown, step = grow(better.crack, better.along, box, options), better
         except CraftmeshError as error:
             if last is None:
                 raise
             warnings += [f"its last strip stays uncorrected for the kinks at its end: {error}"]
-            repairs.clear()
-            grown = grow(crack, along, box, options, repairs)
-    if grown is None or not len(along.points):
+            grown = grow(crack, along, box, options)
+    if not len(along.points) or (grown and grown.crack is None):
         ended = LEFT
-    elif grown is crack:
+    elif grown is None or grown.crack is None:
         why = ", ".join(f"{count} {word} ({STAYS[word]})" for word, count in stays.items())
         says = f"the crack is {UNSTABLE}" if UNSTABLE in stays else STANDS
         ended = f"{says}: {why}" if why else says
     else:
-        ended = _severed(body, grown)
-    left = crack if grown is None or ended else grown
-    repairs = Counter() if ended else repairs
+        ended = _severed(body, grown.crack)
+    left, repairs, laid = crack, Counter[str](), 0.0
+    if grown and grown.crack and not ended:
+        left, repairs = grown.crack, grown.repairs
+        laid = _fraction(grown.extension, step.along.extension)
+        step = step._replace(along=replace(step.along, extension=grown.extension))
     now, goes = step.along.binormal, along.extension > 0
     turn = np.arctan2((now * along.normal).sum(axis=1), (now * along.binormal).sum(axis=1))
     report = {
         "area": [area_within(one, box) for one in (crack, left)],
         "kink_angle": _range(np.degrees(along.kink_angle[goes] if goes.any() else along.kink_angle)),
         "extension": _range(along.extension),
+        "laid": laid,
         "fronts": len(left.fronts),
         "ended": ended,
         "stays": stays,
@@ -93,6 +97,8 @@ def grow_crack(
         "repairs": dict(repairs),
     }
     warnings += [f"{count} x {REPAIRS[name]}" for name, count in repairs.items()]
+    if 0 < laid < 1:
+        warnings += [f"the new surface is {laid:.3g} of the step long; the load cycles are of that length"]
     return Grown(left, step, ended, tuple(warnings)), report
 
 
@@ -170,6 +176,12 @@ def _severed(body: Voxels | Surface, crack: Crack) -> str:
         return ""
     place = ", ".join(f"{x:.4g}" for x in piece.middle)
     return f"the crack severs the body: a piece of volume {piece.volume:.4g} around ({place}) comes off"
+
+
+def _fraction(laid: np.ndarray, extension: np.ndarray) -> float:
+    """Return the median fraction of the extensions (n,) that was laid, at points that have moved."""
+    goes = laid > 0
+    return float(np.median(laid[goes] / extension[goes])) if goes.any() else 0.0
 
 
 def _range(values: np.ndarray) -> list[float]:

@@ -42,14 +42,14 @@ def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarra
 
 
 def beside_rest(line: Polyline, rest: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return moves (k, 3), shortened to the distance along the front to the nearest point that stays.
+    """Return factors (k,) <= 1 on `moves` (k, 3): at most the way along the front to a point that stays.
 
     rest (k,): mask of points that stay. So the new front leaves the old one at 45 degrees at most. K and
     extension do not jump along a front, and elements at a sharper corner would be slivers.
     """
     room = ways_along(line.arc, line.arc[rest], line.length, line.closed).min(axis=1, initial=np.inf)
     size = np.linalg.norm(moves, axis=1)
-    return np.minimum(1.0, room / np.maximum(size, np.finfo(float).tiny))[:, None] * moves
+    return np.minimum(1.0, room / np.maximum(size, np.finfo(float).tiny))
 
 
 def moves_along(

@@ -97,62 +97,58 @@ def stopped_outside(points: np.ndarray, moves: np.ndarray, box: np.ndarray) -> n
 
 
 def new_front(
-    old: Polyline,
-    moves: np.ndarray,
-    box: np.ndarray,
-    frame: np.ndarray,
-    spacing: float,
-    repairs: Counter[str] | None = None,
-) -> NewFront:
+    old: Polyline, moves: np.ndarray, box: np.ndarray, frame: np.ndarray, spacing: float
+) -> tuple[NewFront, Counter[str]]:
     """Return the front to which `moves` (k, 3) take the points of `old`, sampled about every `spacing`.
 
     box (2, 3); frame (3, 3): rows u, v, normal; loops are found in the plane (u, v). Ends of an open front
     that lie on a box plane move beyond it. A concave front that moves farther than its radius forms loops;
     they are cut off. Points without a move stay. No spline runs through the corners that this leaves.
-    repairs: counts of loops and ends that are cut off, to which this front's are added.
+    Also return the counts of `loops` and `ends` that are cut off.
     """
-    repairs = Counter() if repairs is None else repairs
-    points, origin = old.points + moves, old.arc
+    points, origin, ends_cut = old.points + moves, old.arc, 0
     if old.closed:
         points[-1] = points[0]
     else:
         for order, end in ((slice(None), old.points[0]), (slice(None, None, -1), old.points[-1])):
-            found = _carried_out(points[order], origin[order], end, box, frame[2], repairs)
+            *found, is_cut = _carried_out(points[order], origin[order], end, box, frame[2])
             points, origin = (part[order] for part in found)
-    points, origin = without_loops(points, origin, frame[:2], old.closed, repairs)
+            ends_cut += is_cut
+    points, origin, loops = without_loops(points, origin, frame[:2], old.closed)
+    cut = Counter(loops=loops, ends=ends_cut)
     stays = np.isin(origin, old.arc[~moves.any(axis=1)])
     ends = old.arc[:0] if old.closed else old.arc[[0, -1]]
     kept = stays | ~np.isin(origin, old.arc) | np.isin(origin, ends)
     if old.closed and not kept.any():
         points, origin = _sampled(points, origin, True, spacing)
-        return NewFront(points, origin, np.zeros(len(points), bool))
-    return _sampled_between(points, origin, stays, kept, spacing)
+        return NewFront(points, origin, np.zeros(len(points), bool)), cut
+    return _sampled_between(points, origin, stays, kept, spacing), cut
 
 
 def broken_through(
-    points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: float, repairs: Counter[str]
-) -> np.ndarray:
-    """Return front points (k, 3) without thin ligaments between the front and a face of the box (2, 3).
+    points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: float
+) -> tuple[np.ndarray, int]:
+    """Return front points (k, 3) without thin ligaments at faces of the box, and the number of these.
 
     Tetrahedra in a ligament would be flat. Points in the box between two points outside one plane are put
     on the straight line between these, if none is deeper than `width`. Points that follow a point outside
-    and stay within half a width of the plane over more than two widths move out of the box, perpendicular
-    to the crack's normal (3,). repairs: the count of ligaments is increased.
+    and stay within half a width of the plane over more than two widths move out of the box (2, 3),
+    perpendicular to the crack's normal (3,).
     """
-    depths = _depths(points, box)
+    ligaments, depths = 0, _depths(points, box)
     outside = np.flatnonzero(depths.min(axis=1) < 0)
     result = points.copy()
     for i, j in zip(outside[:-1].tolist(), outside[1:].tolist()):
         thin = j > i + 1 and depths[i:j].min(axis=1).max() < width
         if thin and (depths[[i, j]] < 0).all(axis=0).any():
             result[i : j + 1] = np.linspace(points[i], points[j], j - i + 1)
-            repairs["ligaments"] += 1
+            ligaments += 1
     for i in outside.tolist():
         for ahead in (result[i:], result[i::-1]):
             moved = _off_face(ahead, box, normal, width)
             ahead[1 : len(moved) + 1] = moved
-            repairs.update(["ligaments"] if len(moved) else [])
-    return result
+            ligaments += len(moved) > 0
+    return result, ligaments
 
 
 def _depths(points: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -182,14 +178,9 @@ def _off_face(points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: fl
 
 
 def _carried_out(
-    points: np.ndarray,
-    origin: np.ndarray,
-    end: np.ndarray,
-    box: np.ndarray,
-    normal: np.ndarray,
-    repairs: Counter[str],
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and origin of a moved front, changed so that it begins beyond a box plane.
+    points: np.ndarray, origin: np.ndarray, end: np.ndarray, box: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Return points and origin of a moved front that begins beyond a box plane, and whether it was cut.
 
     origin (k,): arc length on the old front from which each point has moved; end (3,): the old end, on one
     or more planes of the box. Without such a plane the front is returned unchanged. If the front leaves the
@@ -202,16 +193,16 @@ def _carried_out(
     sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
     size = float(np.linalg.norm(points[0] - end))
     if not size or not len(sides):
-        return points, origin
+        return points, origin, False
     outside = ((points < box[0]) | (points > box[1])).any(axis=1)
     last = int(np.flatnonzero(outside & (np.abs(origin - origin[0]) <= size)).max(initial=0))
-    if not outside[:last].all():
-        repairs["ends"] += 1
+    is_cut = not outside[:last].all()
+    if is_cut:
         points, origin = points[last:], np.append(origin[0], origin[last + 1 :])
     outward, move = np.where(sides, 1.0, -1.0), points[0] - end
     depths = (box[sides, axes] - points[:, axes]) * outward
     if (depths[0] < -BEYOND * size).any():
-        return points, origin
+        return points, origin, is_cut
     past = np.delete((points[0] < box[0]) | (points[0] > box[1]), axes).any()
     found = [
         _aside(points[0], depth[0] + BEYOND * size, way, normal, size)
@@ -222,15 +213,15 @@ def _carried_out(
     reached = [place for place in found if place is not None]
     if reached:
         nearest = min(reached, key=lambda place: float(np.linalg.norm(place - points[0])))
-        return np.concatenate([nearest[None], points]), np.append(origin[0], origin)
+        return np.concatenate([nearest[None], points]), np.append(origin[0], origin), is_cut
     within = move.copy()
     within[axes] = 0.0
     if not within.any():
-        return points, origin
+        return points, origin, is_cut
     within *= size / np.linalg.norm(within)
     within[axes] = BEYOND * size * outward
     fading = np.clip(1 - np.abs(origin - origin[0]) / size, 0, 1)
-    return points + fading[:, None] * (within - move), origin
+    return points + fading[:, None] * (within - move), origin, is_cut
 
 
 def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarray | None:
@@ -262,9 +253,9 @@ def _aside(
 
 
 def without_loops(
-    points: np.ndarray, origin: np.ndarray, axes: np.ndarray, closed: bool, repairs: Counter[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (k, 3) and origin (k,) without the loops in their projection on `axes` (2, 3).
+    points: np.ndarray, origin: np.ndarray, axes: np.ndarray, closed: bool
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return points (k, 3) and origin (k,) without loops in projection on `axes` (2, 3), and their number.
 
     origin: arc length on the old front from which each point has moved. The piece between the two passages
     of a crossing is removed; of a closed front's two pieces, the one with fewer points. The crossing
@@ -272,11 +263,12 @@ def without_loops(
     less with distance, over a length of the old front equal to the removed one; a jump in height would fold
     the crack surface between old and new front.
     """
+    loops = 0
     while len(points) > 3:
         i, j, shares = _first_crossing(points @ axes.T, closed)
         if i < 0:
             break
-        repairs["loops"] += 1
+        loops += 1
         passed = points[[i, j]] + shares[:, None] * (points[[i + 1, j + 1]] - points[[i, j]])
         meet, half = passed.mean(axis=0), (passed[1] - passed[0]) / 2
         at = origin[i] + shares[0] * (origin[i + 1] - origin[i])
@@ -292,7 +284,7 @@ def without_loops(
             kept = _drawn(_drawn(kept, (own - at) / lost, half), (origin[j + 1] - own) / lost, -half)
             points = np.concatenate([[meet], kept, [meet]])
             origin = np.concatenate([[at], own, [origin[j]]])
-    return points, origin
+    return points, origin, loops
 
 
 def _drawn(points: np.ndarray, away: np.ndarray, shift: np.ndarray) -> np.ndarray:

@@ -26,7 +26,8 @@ class CycleCount(NamedTuple):
     size: crack size; step: median extension from here, 0 if the front stays; rate: median da/dN of points
     that extend; power: their median d ln(da/dN) / d ln(K); error: relative error of Delta K. cycles, doubt:
     load cycles from the first front to this one, and their estimated error; ahead, ahead_doubt: the same
-    for the next step. increment: number of this front's step, from 0.
+    for the next step. increment: number of this front's step, from 0. growth: d ln(da/dN) / d ln(crack
+    size) over the next step.
     """
 
     size: float
@@ -39,15 +40,22 @@ class CycleCount(NamedTuple):
     ahead: float
     ahead_doubt: float
     increment: float = 0
+    growth: float = 0.0
+
+    def laid(self, fraction: float) -> "CycleCount":
+        """Return this front with a step, and cycles of it, of which only a `fraction` was laid."""
+        step = fraction * self.step
+        ahead, doubt = _ahead(step, self.size, self.rate, self.growth, self.power * self.error)
+        return self._replace(step=step, ahead=ahead, ahead_doubt=doubt)
 
 
 def growth_to(last: CycleCount | None, rate: float, power: float) -> float:
     """Return d ln(da/dN) / d ln(crack size) between the last front and the front with da/dN = `rate`.
 
-    Without a last front it is ROOT * power, because K is taken as proportional to size^ROOT; power is
-    d ln(da/dN) / d ln(K).
+    Without a last front, or a step from it, it is ROOT * power, because K is taken as proportional to
+    size^ROOT; power is d ln(da/dN) / d ln(K).
     """
-    if last is None:
+    if last is None or not last.step:
         return ROOT * power
     return math.log(rate / last.rate) / math.log1p(last.step / last.size)
 
@@ -60,7 +68,7 @@ def increment_after(last: CycleCount | None) -> int:
 def counted(
     last: CycleCount | None, size: float, step: float, rate: float, power: float, error: float
 ) -> CycleCount:
-    """Return a front with the load cycles to it and of its next step; arguments are fields of Counted.
+    """Return a front with the load cycles to it and of its next step; arguments are fields of CycleCount.
 
     Between two fronts da/dN is a power of the crack's size, as for penny, edge and through cracks; the next
     step has the exponent of the last one. The doubt (estimated error) of the cycles between two fronts is
@@ -69,12 +77,17 @@ def counted(
     the change of K. The next step of a front with rate 0 has no cycles.
     """
     cycles, doubt = _reached(last, rate, power * error) if last is not None else (0.0, 0.0)
-    ahead = ahead_doubt = 0.0
-    if rate > 0:
-        ahead = cycles_over(step, size, rate, growth_to(last, rate, power))
-        ahead_doubt = abs(ahead - step / rate) + ahead * power * error
-    number = increment_after(last)
-    return CycleCount(size, step, rate, power, error, cycles, doubt, ahead, ahead_doubt, number)
+    growth = growth_to(last, rate, power) if rate > 0 else 0.0
+    ahead = _ahead(step, size, rate, growth, power * error)
+    return CycleCount(size, step, rate, power, error, cycles, doubt, *ahead, increment_after(last), growth)
+
+
+def _ahead(step: float, size: float, rate: float, growth: float, error: float) -> tuple[float, float]:
+    """Return the load cycles of the next step and their doubt; error: relative error of the rate."""
+    if not rate > 0:
+        return 0.0, 0.0
+    ahead = cycles_over(step, size, rate, growth)
+    return ahead, abs(ahead - step / rate) + ahead * error
 
 
 def _reached(last: CycleCount, rate: float, error: float) -> tuple[float, float]:
@@ -84,6 +97,8 @@ def _reached(last: CycleCount, rate: float, error: float) -> tuple[float, float]
     """
     if not rate > 0:
         return last.cycles + last.ahead, last.doubt + last.ahead_doubt
+    if not last.step:
+        return last.cycles, last.doubt
     found = cycles_over(last.step, last.size, last.rate, growth_to(last, rate, last.power))
     change = math.log(rate / last.rate)
     even = last.step / last.rate * (-math.expm1(-change) / change if change else 1.0)

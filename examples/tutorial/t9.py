@@ -23,6 +23,6 @@ for increment in range(2):
     solutions, _ = cm.solve_model(model)
     intensities, _ = cm.stress_intensities(model, solutions)
     columns, report = cm.front_extensions(crack, model, solutions, intensities, paris, last=last)
-    grown, _ = cm.grow_crack(crack, voxels, columns, cm.front_frames(body).columns())
+    grown, growth = cm.grow_crack(crack, voxels, columns, cm.front_frames(body).columns())
     print(f"increment {increment}: area {counts['crack_area']:.1f}, {report['cycles']:.0f} cycles")
-    crack, last = grown.crack, cm.counted_front(report)
+    crack, last = grown.crack, cm.counted_front(report, growth)

@@ -143,6 +143,11 @@ def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
         1e-6 * columns["delta_K" if "delta_K" in columns else "driving"] ** 3
     )
     assert columns["cycles_ahead"] == pytest.approx(columns["extension"] / columns["da_dN"])
+    (folder / "growth.json").write_text('{"laid": 0.5}')
+    laid = ("--last-growth", str(folder / "growth.json"))
+    assert run(folder, *law, "--last", str(folder / "first.json"), *laid) == 0
+    half = json.loads((folder / "fracture.json").read_text())["growth"]
+    assert half["cycles"] == pytest.approx(second["cycles"] / 2)
     (folder / "first.json").write_text('{"fronts": []}')
     capsys.readouterr()
     assert run(folder, *law, "--last", str(folder / "first.json")) == 1

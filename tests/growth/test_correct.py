@@ -11,7 +11,7 @@ from craftmesh.cracks.series import prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import LEFT, SHARE, corrected
 from craftmesh.growth.front_step import FrontStep, Step
-from craftmesh.growth.grow import grow
+from craftmesh.growth.grow import SHORTENED, grow
 from craftmesh.growth.options import SmoothingOptions
 
 BOX = np.array([[0.0, 0.0, 0.0], [40.0, 40.0, 40.0]])
@@ -46,7 +46,7 @@ def test_kinks_that_stay_the_same_make_chords_of_a_circle():
     up = np.sign(rows_of(crack, 0.0, straight_ahead(0.0)).normal[0, 2])
     last, tips = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0))), []
     for k in range(STEPS):
-        grown = grow(last.crack, last.along, BOX, FIT)
+        grown = grow(last.crack, last.along, BOX, FIT).crack
         reached = Step(grown, rows_of(grown, KINK, straight_ahead(up * k * TURN)))
         last = corrected(last, reached, BOX, FIT)
         tips.append(last.crack.points[last.crack.fronts[0]][:, [0, 2]])
@@ -67,7 +67,7 @@ def test_a_front_goes_on_from_its_corrected_place_by_what_is_left_of_the_kink():
 
     crack = prescribed_crack(BOX, PENNY)
     last = Step(crack, rows_of(crack, 0.0, ()))
-    reached = grow(last.crack, last.along, BOX, FIT)
+    reached = grow(last.crack, last.along, BOX, FIT).crack
     along = rows_of(reached, wave, ())
     step = corrected(last, Step(reached, along), BOX, FIT)
     ways = np.degrees(
@@ -77,7 +77,7 @@ def test_a_front_goes_on_from_its_corrected_place_by_what_is_left_of_the_kink():
     # the strip lies in its new direction, at half of the kink; 0.01: the fit of the moves along the front
     moved = step.along.points - along.points
     assert np.abs(moved[:, 2] - STEP * np.sin(wave(along.points) / 2) * along.normal[:, 2]).max() < 0.01
-    grown = grow(step.crack, step.along, BOX, FIT)
+    grown = grow(step.crack, step.along, BOX, FIT).crack
     assert len(grown.fronts) == 1
 
 
@@ -89,7 +89,7 @@ def _ways(along):
 def test_rows_that_are_not_trusted_turn_no_strip():
     crack = prescribed_crack(BOX, EDGE)
     last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
-    reached = grow(last.crack, last.along, BOX, FIT)
+    reached = grow(last.crack, last.along, BOX, FIT).crack
     along = rows_of(reached, 0.1, straight_ahead(0.0))
     wild = np.arange(len(along.points)) % 7 == 3
     doubtful = replace(along, kink_angle=np.where(wild, 1.2, 0.1), trusted=~wild)
@@ -101,14 +101,24 @@ def test_rows_that_are_not_trusted_turn_no_strip():
     ), "where none is trusted all are used"
 
 
+def test_a_correction_that_needs_a_shorter_strip_is_refused(monkeypatch):
+    """Load cycles of the strip are counted already."""
+    crack = prescribed_crack(BOX, EDGE)
+    last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
+    reached = grow(last.crack, last.along, BOX, FIT).crack
+    monkeypatch.setattr("craftmesh.growth.grow.ATTEMPTS", ((SHORTENED, 1, 0.5, False),))
+    with pytest.raises(CraftmeshError, match="folds unless it is shorter"):
+        corrected(last, Step(reached, rows_of(reached, KINK, straight_ahead(0.0))), BOX, FIT)
+
+
 def test_a_front_of_another_crack_is_refused():
     crack = prescribed_crack(BOX, EDGE)
     last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
-    far = grow(crack, rows_of(crack, 0.0, straight_ahead(0.0), 9.0), BOX, FIT)
+    far = grow(crack, rows_of(crack, 0.0, straight_ahead(0.0), 9.0), BOX, FIT).crack
     with pytest.raises(CraftmeshError, match="would lie 7.5 from"):
         corrected(last, Step(far, rows_of(far, 0.0, straight_ahead(0.0))), BOX, FIT)
     penny = prescribed_crack(BOX, PENNY)
-    both = grow(penny, rows_of(penny, 0.0, ()), BOX, FIT)
+    both = grow(penny, rows_of(penny, 0.0, ()), BOX, FIT).crack
     two = replace(both, fronts=(*both.fronts, *both.fronts))
     with pytest.raises(CraftmeshError, match="number of surfaces or fronts"):
         corrected(Step(penny, rows_of(penny, 0.0, ())), Step(two, rows_of(both, 0.0, ())), BOX, FIT)

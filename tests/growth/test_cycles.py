@@ -78,6 +78,35 @@ def test_a_front_that_stands_has_the_cycles_that_were_foreseen():
     assert ahead.cycles == first.ahead > 0 and ahead.doubt == first.ahead_doubt > 0
 
 
+@given(st.floats(0.05, 0.5), st.floats(2.1, 5), st.sampled_from([0.5, 0.25, 0.8]))
+@settings(max_examples=20)
+def test_a_step_laid_in_part_has_the_cycles_of_that_part(share, m, laid):
+    """Of a penny whose steps are whole but the third; in counting on it is as if the step were so short."""
+    options = GrowthOptions(share=share, exponent=m, coefficient=C)
+    whole = penny(options, 3)[-1]
+    part = whole.laid(laid)
+    size = part.size + laid * whole.step
+
+    def exact(start, end):
+        return -np.diff([start ** (1 - m / 2), end ** (1 - m / 2)])[0] / (C * (m / 2 - 1))
+
+    assert part.step == laid * whole.step and part.cycles == whole.cycles
+    assert part.ahead == pytest.approx(exact(part.size, size), rel=1e-9)
+    k = np.outer(np.full(5, size**0.5), [1.0, 0.0, 0.0])
+    reached = kinks_and_extensions(FrontPoints.of(k, size, last=part), options)[1]
+    assert reached.cycles == pytest.approx(exact(SIZE, size), rel=1e-9)
+    assert reached.growth == pytest.approx(m / 2)
+    assert whole.laid(1.0) == whole
+
+
+def test_a_front_that_did_not_move_takes_no_cycles():
+    still = penny(GrowthOptions(share=0.2, coefficient=C), 3)[-1].laid(0.0)
+    k = np.outer(np.full(5, still.size**0.5), [1.0, 0.0, 0.0])
+    options = GrowthOptions(share=0.2, coefficient=C)
+    reached = kinks_and_extensions(FrontPoints.of(k, still.size, last=still), options)[1]
+    assert reached.cycles == still.cycles and reached.doubt == still.doubt
+
+
 def test_a_step_is_as_long_as_k_lets_it_and_the_front_and_its_edges():
     options = GrowthOptions()
     assert step_length(options, 6.0, np.inf, 0.5, 0.5, 1.0) == pytest.approx(6 * 0.21)

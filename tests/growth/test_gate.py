@@ -136,7 +136,7 @@ def grown_where(name, goes, kink=0.0, smoothing="fit"):
     rest = ~goes(np.arange(len(rows.points)) / len(rows.points))
     # that of noise turns nothing
     rows = replace(rows, extension=np.where(rest, 0, 1.5), kink_angle=np.where(rest, 1.2, kink))
-    return crack, rows, rest, grow(crack, rows, BOX, SmoothingOptions(smoothing=smoothing))
+    return crack, rows, rest, grow(crack, rows, BOX, SmoothingOptions(smoothing=smoothing)).crack
 
 
 def flattest(crack):

@@ -1,6 +1,5 @@
 """Whole cracks after growth: where the theory says, and still cracks."""
 
-from collections import Counter
 from dataclasses import fields, replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from craftmesh.growth import grow as growth
 from craftmesh.growth.extension import kinks_and_extensions
 from craftmesh.growth.front_points import FrontPoints
 from craftmesh.growth.front_step import FrontStep
-from craftmesh.growth.grow import FOLDED, grow
+from craftmesh.growth.grow import FOLDED, SHORTENED, grow
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.growth.steps import crack_size
 from craftmesh.surface.measure import area_vectors
@@ -50,7 +49,7 @@ def along(crack, options, k=opened):
 
 
 def grown_by(crack, options, k=opened, smoothing="fit"):
-    return grow(crack, along(crack, options, k), BOX, SmoothingOptions(smoothing=smoothing))
+    return grow(crack, along(crack, options, k), BOX, SmoothingOptions(smoothing=smoothing)).crack
 
 
 def test_a_penny_in_tension_grows_to_a_larger_penny():
@@ -117,7 +116,7 @@ def test_sliding_turns_the_crack_out_of_its_plane():
         return np.tile([1.0, 0.2, 0.0], (len(points), 1))
 
     rows = along(crack, GrowthOptions(extension=2.0), sheared)
-    grown = grow(crack, rows, BOX, SmoothingOptions())
+    grown = grow(crack, rows, BOX, SmoothingOptions()).crack
     tip = grown.points[grown.fronts[0]]
     angle = -2 * np.arctan(0.4 / (1 + np.sqrt(1.32)))
     assert rows.kink_angle == pytest.approx(angle, abs=1e-12)
@@ -143,7 +142,7 @@ def test_what_turns_to_and_fro_within_a_step_does_not_fold_the_crack(turning):
         rows = replace(rows, kink_angle=kink)
     else:
         rows = swung(rows, np.radians(80), 10.0)
-    grown = grow(crack, rows, BOX, SmoothingOptions())
+    grown = grow(crack, rows, BOX, SmoothingOptions()).crack
     # straight on by 8 in the mean; a fifth of it for the last waves, whose other half is beyond the ends
     assert np.abs(grown.points[grown.fronts[0]].mean(axis=0) - [14, 20, 20])[[0, 2]].max() < 1.6
 
@@ -203,14 +202,24 @@ def test_a_strip_that_folds_is_laid_again(monkeypatch):
     rows = along(crack, GrowthOptions(extension=3.0))
     kink = np.radians(40) * (-1.0) ** np.arange(len(rows.points))
     rows, options = replace(rows, kink_angle=kink), SmoothingOptions(smoothing="none")
-    repairs: Counter[str] = Counter()
-    grown = grow(crack, rows, BOX, options, repairs)
-    assert repairs == {"shortened": 1}
+    grown, repairs, extension = grow(crack, rows, BOX, options)
+    assert repairs == {SHORTENED: 1}
+    assert np.unique(extension / rows.extension).tolist() in ([0.5], [0.25])
     assert kinks_of(grown.points, grown.triangles).sharpest <= FOLDED
     assert crack_area(grown) > crack_area(crack)
     monkeypatch.setattr(growth, "ATTEMPTS", growth.ATTEMPTS[:1])
     with pytest.raises(CraftmeshError, match="folded"):
         grow(crack, rows, BOX, options)
+
+
+def test_rows_that_no_rule_shortens_keep_their_extension_and_rows_beside_others_at_rest_do_not():
+    crack = prescribed_crack(BOX, PENNY)
+    rows = along(crack, GrowthOptions(extension=1.5))
+    assert (grow(crack, rows, BOX, SmoothingOptions()).extension == rows.extension).all()
+    rows.extension[0] = 0.0
+    laid = grow(crack, rows, BOX, SmoothingOptions()).extension
+    assert laid[0] == 0 < laid[1] < 0.81  # no farther than the row at rest is away
+    assert (laid[4:-4] == 1.5).all()
 
 
 def test_a_twisted_strip_is_no_washboard(monkeypatch):
@@ -222,7 +231,7 @@ def test_a_twisted_strip_is_no_washboard(monkeypatch):
     old = polyline(crack.points[crack.fronts[0]])
 
     def kinks_ahead():
-        grown = grow(crack, rows, BOX, SmoothingOptions())
+        grown = grow(crack, rows, BOX, SmoothingOptions()).crack
         edges = kinks_of(grown.points, grown.triangles).edges
         return (feet(old, grown.points[edges].mean(axis=1))[1] > 1e-6).sum()
 
@@ -241,7 +250,7 @@ def test_the_normal_of_an_end_does_not_turn_the_front():
         np.cos(turn) * normal[0] + np.sin(turn) * binormal[0],
         np.cos(turn) * binormal[0] - np.sin(turn) * normal[0],
     )
-    grown = grow(crack, replace(rows, normal=normal, binormal=binormal), BOX, SmoothingOptions())
+    grown = grow(crack, replace(rows, normal=normal, binormal=binormal), BOX, SmoothingOptions()).crack
     away = grown.points[grown.fronts[0]] - [20, 0, 20]
     assert np.abs(away[:, 2]).max() < 1e-9
     assert np.abs(np.linalg.norm(away, axis=1) - 7.5).max() < 5e-3
@@ -276,7 +285,7 @@ def test_discs_that_have_grown_together_grow_on_where_their_fronts_are_left():
     turned = np.linalg.norm(rows.points[:, None] - corners, axis=2).min(axis=1) < 1.5
     assert turned.any()  # as a curve through the corner there would have them
     rows = replace(rows, binormal=np.where(turned[:, None], -rows.binormal, rows.binormal))
-    grown = grow(crack, rows, BOX, SmoothingOptions())
+    grown = grow(crack, rows, BOX, SmoothingOptions()).crack
     for part, x in zip(sheets(grown), (16.0, 24.0)):
         away = np.linalg.norm(part.points[part.fronts[0]] - [x, 20, 20], axis=1)
         outside = np.sign(part.points[part.fronts[0], 0] - 20) == np.sign(x - 20)
@@ -288,7 +297,7 @@ def test_discs_that_grow_over_each_other_almost_in_one_plane_become_one_sheet():
     first = prescribed_crack(BOX, replace(PENNY, centre=(13.0, 20.0, 20.0)))
     tilted = replace(PENNY, centre=(26.0, 20.0, 20.3), normal=(-0.02, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
     both = one_crack([first, prescribed_crack(BOX, tilted)])
-    grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
+    grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions()).crack
     assert len(sheets(both)) == 2 and len(sheets(grown)) == 1 and len(grown.fronts) == 1
     middles = np.array([tilted.centre, (13.0, 20.0, 20.0)])
     front = grown.points[grown.fronts[0]]
@@ -306,7 +315,7 @@ def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
     small = prescribed_crack(BOX, replace(PENNY, centre=(20.5, 20.0, 20.0), radius=2.0))
     both = one_crack([sheets(crack)[0], small])
     rows = rows_of(both, lambda p: np.linalg.norm(p - [20, 20, 20], axis=1) > 5.9)
-    grown = grow(both, rows, BOX, SmoothingOptions())
+    grown = grow(both, rows, BOX, SmoothingOptions()).crack
     first, second = sheets(grown)
     assert np.abs(np.linalg.norm(first.points[first.fronts[0]] - [20, 20, 20], axis=1) - 7.5).max() < 2e-3
     assert np.array_equal(second.points, small.points) and len(second.fronts) == 1
@@ -319,7 +328,7 @@ def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
 def test_a_sheet_that_has_left_the_box_ends_no_other():
     far = prescribed_crack(BOX, replace(EDGE, radius=39.5, centre=(0.0, 20.0, 5.0)))
     both = one_crack([far, prescribed_crack(BOX, PENNY)])
-    grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
+    grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions()).crack
     assert [len(sheet.fronts) for sheet in sheets(grown)] == [0, 1]
     again = cracks_from_triangles(
         grown.points, grown.triangles, [grown.points[front] for front in grown.fronts], BOX

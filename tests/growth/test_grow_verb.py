@@ -10,6 +10,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.grow import SHORTENED
 from craftmesh.io.front_csv import read_front, write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import read_crack, write_crack
@@ -56,10 +57,21 @@ def area(path):
 
 def test_a_crack_goes_on(grow, tmp_path):
     report = grow(2.0)
-    assert report["ended"] == "" and report["extension"] == [2.0, 2.0]
+    assert report["ended"] == "" and report["extension"] == [2.0, 2.0] and report["laid"] == 1.0
     before, after = report["area"]
     assert after - before == pytest.approx(2.0 * 10, rel=1e-6)
     assert area(tmp_path / "grown.vtp") == pytest.approx(after)
+
+
+def test_a_strip_laid_at_half_the_step_says_so(grow, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("craftmesh.growth.grow.ATTEMPTS", ((SHORTENED, 1, 0.5, False),))
+    step = tmp_path / "step.csv"
+    report = grow(2.0, "--step", str(step))
+    assert report["laid"] == 0.5 and report["repairs"] == {SHORTENED: 1}
+    assert np.diff(report["area"]) == pytest.approx(10.0) and read_front(step)[
+        "extension"
+    ] == pytest.approx(1)
+    assert "0.5 of the step long; the load cycles" in capsys.readouterr().err
 
 
 @pytest.fixture
@@ -194,7 +206,8 @@ def test_rows_that_stay_say_no_way_and_the_rest_goes_on(grow, tmp_path):
 )
 def test_a_crack_that_stops_is_written_as_it_is_with_the_reason(grow, tmp_path, capsys, extension, said):
     capsys.readouterr()
-    assert said in grow(extension)["ended"]
+    report = grow(extension)
+    assert said in report["ended"] and report["laid"] == 0
     assert area(tmp_path / "grown.vtp") == area(tmp_path / "crack.vtp")
     (line,) = capsys.readouterr().err.splitlines()
     assert "the crack stops here" in line and said in line

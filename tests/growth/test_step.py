@@ -69,7 +69,7 @@ def grown(crack, share, steps):
     """Yield the semi-axes after each step, corrected as the next one finds K."""
     last = step_of(crack, share)
     for _ in range(steps):
-        reached = grow(last.crack, last.along, BOX, FIT)
+        reached = grow(last.crack, last.along, BOX, FIT).crack
         last = corrected(last, step_of(reached, share), BOX, FIT)
         yield axes_of(last.along.points)
 

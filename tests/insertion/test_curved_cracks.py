@@ -214,7 +214,7 @@ def test_a_strip_grown_in_a_box_plane_reaches_it_all_along(polycrystal, kink):
         normal = -normal
     turned = np.full(31, np.radians(kink))
     along = FrontStep.of(line.at(s), normal, np.cross(tangent, normal), turned, np.full(31, 2.0))
-    grown = grow(crack, along, BOX, SmoothingOptions())
+    grown = grow(crack, along, BOX, SmoothingOptions()).crack
     surface, report = insert_crack(polycrystal, grown, sizing_about(grown, 0.6))
     assert check_surface(surface) == []
     assert report["crack_facets_outside_material"] == 0

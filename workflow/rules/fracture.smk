@@ -25,7 +25,9 @@ rule fracture:
         options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),
         growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
         units=lambda wildcards: CAMPAIGN.unit_flags(wildcards.case),
-        last=lambda wildcards, input: command_flags({"last": input.get("last")}),
+        last=lambda wildcards, input: command_flags(
+            {key: input.get(key) for key in ("last", "last_growth")}
+        ),
         content=content("fracture"),
         code=CAMPAIGN.code("fracture"),
     shell:
