@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> None:
             with named(arguments.last):
                 last = counted_front(read_json(arguments.last).get("growth", {}), laid)
         if slips:
-            slip = SlipField(*read_slip_table(existing(Path(slips))), source=slips)
+            slip = SlipField(**read_slip_table(existing(Path(slips)))._asdict(), source=slips)
         own, report["growth"] = front_extensions(crack, model, solutions, found, growth, last, slip)
         columns[next(iter(columns), "")] = own
     written = rows_by_load(columns)

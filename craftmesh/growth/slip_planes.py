@@ -104,9 +104,9 @@ def plane_activity(
     """Return options.slip_parameter (k,) of the plane of `systems` at points (k,) of the field.
 
     turn (3, 3): active rotation from crystal to sample axes there. The slip of a plane is the sum over its
-    systems. Fatemi and Socie's parameter is the largest of its systems (1988; by system: Castelluccio and
-    McDowell 2014), without unit; compression of the plane counts as no normal stress. The energy is the sum
-    over its systems of resolved shear stress times slip, in the unit of the stress.
+    systems. Fatemi and Socie's parameter (1988) is the largest of its systems, without unit; compression of
+    the plane counts as no normal stress. The energy is the sum over its systems of resolved shear stress
+    times slip, in the unit of the stress.
     """
     slip = field.slip[np.ix_(points, systems)]
     if options.slip_parameter == ACCUMULATED or field.stress is None:

@@ -228,15 +228,27 @@ def read_blocks(path: str | os.PathLike) -> tuple[str, ...] | np.ndarray:
     return tuple(map(",".join, zip(*known)))
 
 
-def read_slip_table(
-    path: str | os.PathLike,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
-    """Return points (k, 3), normals (s, 3), slip (k, s), grains (k,), directions (s, 3), stress (k, 6).
+class SlipTable(NamedTuple):
+    """A table of the slip of s planes or slip systems at points (k,).
+
+    points (k, 3); normals, directions (s, 3): Miller indices, directions None for planes; slip (k, s);
+    grain (k,), stress (k, 6): None if unknown.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    slip: np.ndarray
+    grain: np.ndarray | None
+    directions: np.ndarray | None
+    stress: np.ndarray | None
+
+
+def read_slip_table(path: str | os.PathLike) -> SlipTable:
+    """Return the slip around a front from a table of the user.
 
     The table has columns x, y, z, and either a column slip_hkl per plane, such as slip_111 or slip_1-11, or
     slip_hkl_uvw per slip system, such as slip_111_0-11, or a column slip, whose values hold for each plane
-    of OCTAHEDRAL. Normals and directions are the Miller indices, not of unit length. None: grains without a
-    column grain, directions of planes, and stress without all columns of NAMES. Raises CraftmeshError if
+    of OCTAHEDRAL. Grains need the column grain, stress all columns of NAMES. Raises CraftmeshError if
     other columns are missing, for systems mixed with planes, for indices 000, for directions not in their
     plane, and for cells that are not numbers.
     """
@@ -264,4 +276,4 @@ def read_slip_table(
     grain = table.numbers(["grain"])[:, 0].astype(int) if table.has(["grain"]) else None
     directions = indices[:, 1] if indices.shape[1] > 1 else None
     stress = table.numbers(NAMES) if table.has(NAMES) else None
-    return table.numbers("xyz"), indices[:, 0], slip, grain, directions, stress
+    return SlipTable(table.numbers("xyz"), indices[:, 0], slip, grain, directions, stress)

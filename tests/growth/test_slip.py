@@ -125,16 +125,16 @@ def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
 def test_tables_name_planes_or_stand_for_all_octahedral_ones(tmp_path):
     path = tmp_path / "slip.csv"
     path.write_text("x,y,z,slip_111,slip_1-11,slip_001\n0,0,0,1,2,3\n")
-    points, normals, slip, grain, directions, stress = read_slip_table(path)
+    found = read_slip_table(path)
     assert (
-        grain is directions is stress is None
-        and normals.tolist() == [[1, 1, 1], [1, -1, 1], [0, 0, 1]]
-        and slip.tolist() == [[1, 2, 3]]
+        found.grain is found.directions is found.stress is None
+        and found.normals.tolist() == [[1, 1, 1], [1, -1, 1], [0, 0, 1]]
+        and found.slip.tolist() == [[1, 2, 3]]
     )
     path.write_text("x,y,z,grain,slip\n0,0,0,7,1\n")
-    points, normals, slip, grain, *_ = read_slip_table(path)
-    assert grain.tolist() == [7]
-    assert len(normals) == len(OCTAHEDRAL) == 4 and slip.tolist() == [[1, 1, 1, 1]]
+    found = read_slip_table(path)
+    assert found.grain.tolist() == [7]
+    assert len(found.normals) == len(OCTAHEDRAL) == 4 and found.slip.tolist() == [[1, 1, 1, 1]]
     path.write_text("x,y,z,strain\n0,0,0,1\n")
     with pytest.raises(CraftmeshError, match="expected x, y, z, and slip or"):
         read_slip_table(path)
@@ -149,11 +149,11 @@ def test_tables_name_planes_or_stand_for_all_octahedral_ones(tmp_path):
 
 
 def table_of_systems(folder):
-    """Write and read one row: two systems of (111), one of (1-11), and a stress."""
+    """Return the field of a table with one row: two systems of (111), one of (1-11), and a stress."""
     path = folder / "systems.csv"
     names = "x,y,z,grain,slip_111_-101,slip_111_0-11,slip_1-11_110,sxx,syy,szz,sxy,sxz,syz"
     path.write_text(f"{names}\n0,0,0,1,0.004,0.001,0.002,300,0,0,0,0,30\n")
-    return read_slip_table(path)
+    return SlipField(**read_slip_table(path)._asdict())
 
 
 # By hand, stresses in MPa. On (111), n = (1, 1, 1) / sqrt 3: t = (300, 30, 30) / sqrt 3, t n = 120;
@@ -170,7 +170,7 @@ def table_of_systems(folder):
 def test_parameters_of_planes_are_those_by_hand_in_a_crystal_turned_with_its_stress(
     parameter, known, tmp_path
 ):
-    field, options = SlipField(*table_of_systems(tmp_path)), by(parameter)
+    field, options = table_of_systems(tmp_path), by(parameter)
     turn = quaternion_to_matrix(random_orientations(1, np.random.default_rng(3)))[0]
     turned_stress = turn @ field.stress[0, COMPONENT] @ turn.T
     rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
@@ -186,7 +186,7 @@ def test_parameters_of_planes_are_those_by_hand_in_a_crystal_turned_with_its_str
 
 
 def test_compression_of_a_plane_counts_as_no_normal_stress(tmp_path):
-    field = SlipField(*table_of_systems(tmp_path))
+    field = table_of_systems(tmp_path)
     pressed = replace(field, stress=-field.stress)
     found = plane_activity(pressed, np.array([0]), np.array([0, 1]), np.eye(3), by("fatemi_socie"))
     assert found == pytest.approx([0.002])

@@ -227,13 +227,14 @@ def test_solve_gives_the_fields_at_the_end_and_the_loop_of_the_face(tmp_path):
     mean = np.average(of_nodes[elements[:, 4:]].mean(axis=1)[:, 2], weights=volumes)
     assert mean == pytest.approx(stress[-1], rel=0.02)  # means at nodes are not those of elements
     assert slip.max() == pytest.approx(solution.record["largest_slip"]) and slip.min() >= 0
-    places, normals, of_planes, grain, _, at_end = read_slip_table(tmp_path / "slip.csv")
-    assert len(normals) == 7 and of_planes.sum(axis=1).max() <= slip.max() * (1 + 1e-6)
+    table = read_slip_table(tmp_path / "slip.csv")
+    places, at_end = table.points, table.stress
+    assert len(table.normals) == 7 and table.slip.sum(axis=1).max() <= slip.max() * (1 + 1e-6)
     solved = raise_order(mesh)
     near, at = scipy.spatial.cKDTree(solved.points).query(places)
     assert near.max() == 0 and 0 < len(places) < len(solved.points)
     assert at_end.shape == (len(places), 6) and at_end[:, 2].max() > 50  # tension is left along z
-    for node, own in zip(at, grain):  # no node of the table is shared by grains
+    for node, own in zip(at, table.grain):  # no node of the table is shared by grains
         assert (solved.grain[(solved.tets == node).any(axis=1)] == own).all()
     with pytest.raises(CraftmeshError, match="end of a load in steps, but K needs elastic fields"):
         model, _ = elastic_model(mesh, DeckOptions())
