@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -23,11 +24,13 @@ TOLERANCE, VOLUME_CORRECTIONS = 5e-4, 8
 # Regularisation, relative to the diagonal: the system is singular if the grains fill a box of fixed volume.
 DAMPING = 1e-9
 
+Move = Callable[[Surface, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
 
 def restore_volumes(
     surface: Surface,
     targets: Mapping[int, float],
-    bounds: MoveBounds | None = None,
+    bounds: MoveBounds | Move | None = None,
     rounds: int = VOLUME_CORRECTIONS,
     reach: np.ndarray | float = np.inf,
     progress: Callable[[float, str], None] = silent,
@@ -39,13 +42,15 @@ def restore_volumes(
     times, until no volume is off by more than TOLERANCE; the report says what is left.
     Vertices stay on planes, edges and corners of the box, and within reach (n,) of their first positions;
     vertices of crack facets do not move. No facet breaks the `bounds`: vertices whose move would do so are
-    held in the next correction, where other vertices compensate. Raise CraftmeshError if a target is not
-    positive or its grain does not exist.
+    held in the next correction, where other vertices compensate. Instead of bounds a function may be given:
+    it returns a surface's vertices moved to places (n, 3) as far as it allows, and the mask (n,) of the
+    vertices that it held. Raise CraftmeshError if a target is not positive or its grain does not exist.
     """
     facets = np.array(surface.facets)  # kernels take no read-only ones
     grains, target = checked_targets(targets, surface)
     rows, lists = _rows(surface.sides, grains), corner_lists(facets, len(surface.points))
     free = Classification(surface).free
+    move = bounds if callable(bounds) else partial(guarded_move, bounds=bounds or MoveBounds())
     now, done = surface, 0
     first = drift = enclosed(now.points, facets, rows + 1, len(target) + 1)[1:] / target - 1
     held = np.zeros(len(free), bool)
@@ -57,7 +62,7 @@ def restore_volumes(
         )
         far = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
         places = surface.points + way * np.minimum(1.0, reach / far)[:, None]
-        points, held = guarded_move(now, places, bounds or MoveBounds())
+        points, held = move(now, places)
         now = replace(surface, points=points)
         drift = enclosed(points, facets, rows + 1, len(target) + 1)[1:] / target - 1
         done += 1

@@ -30,6 +30,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 )
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
 from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, SOUNDER, Step, do_steps
+from craftmesh.tetrahedra.restored_volumes import TOLERATED, with_volumes
 from craftmesh.tetrahedra.surface_freedom import along_surface, off_surface
 from craftmesh.tetrahedra.tet_state import Bounds, new_state, unlinked_state
 from craftmesh.tetrahedra.whole_mesh import Model, regrouped
@@ -132,7 +133,8 @@ def given_way(model: Model) -> GivenWay:
 
     Within LAYERS layers of tets around faulty tets, interior nodes move and sets of tets are replaced to
     lower the fault weight, a penalty on these tets. Surface nodes next to faulty tets move off the surface
-    by up to 0.4 times the mean length of their edges, within the bounds of `off_surface`.
+    by up to 0.4 times the mean length of their edges, within the bounds of `off_surface`. If these moves
+    change a volume by more than TOLERATED, all volumes are restored (`restored_volumes`).
     """
     points, tets, facets = model.points, model.tets, model.surface.facets
     quality, bad = model.quality, model.quality < SOUND_FROM
@@ -175,6 +177,7 @@ def given_way(model: Model) -> GivenWay:
         state.label[live],
         state.quality[live],
     )
+    found = with_volumes(found, _volumes(model))
     report = _report(model, found, before, shape_measures(state.points, state.tets[live]))
     return GivenWay(found, report, _warning(report))
 
@@ -203,7 +206,7 @@ def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndar
 def _report(model: Model, found: Model, before: np.ndarray, after: np.ndarray) -> dict:
     surface = found.surface
     moves = np.linalg.norm(surface.points - model.surface.points, axis=1)
-    volumes = [side_volumes(at.surface.points, surface.facets, surface.sides) for at in (model, found)]
+    drift = volume_drift(_volumes(model), _volumes(found))
     counts = {
         f"{name}_{when}": int(is_bad(measures).sum())
         for name, is_bad in (("flat", is_flat), ("poor", is_poor), ("stretched", is_stretched))
@@ -212,12 +215,18 @@ def _report(model: Model, found: Model, before: np.ndarray, after: np.ndarray) -
     return counts | {
         "surface_points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
-        "volume_drift_worst": max(map(abs, volume_drift(*volumes).values()), default=0.0),
+        "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
     }
 
 
+def _volumes(model: Model) -> dict[int, float]:
+    surface = model.surface
+    return side_volumes(surface.points, surface.facets, surface.sides)
+
+
 def _warning(report: dict) -> str | None:
-    if not report["poor_before"] or not report["surface_points_moved"]:
+    drifts = report["volume_drift_worst"] > TOLERATED
+    if not (report["poor_before"] and report["surface_points_moved"]) and not drifts:
         return None
     return (
         f"{report['poor_before']} poor tetrahedra, {report['flat_before']} of them flat, lie where the "
