@@ -210,7 +210,7 @@ def _filled(
     own = _volumes(part.surface)
     targets = {k: own[k] + wanted[k] - now[k] for k in own if k in wanted and k in now}
     targets = {k: volume for k, volume in targets.items() if volume > 0}
-    fitted, _ = gradate(cut, sizing, options.gradate, volumes=targets, crack=crack)
+    fitted, _ = gradate(cut, sizing, options.gradate, volumes=targets, crack=crack, boundaries=surface)
     plain = replace(options.tetrahedralize, optimise=False)
     filled, _ = fill_grains(fitted, sizing, plain, workers=workers, cell=cell)
     if filled.record["left"]:

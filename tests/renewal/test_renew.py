@@ -25,11 +25,13 @@ from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.renewal.options import RenewOptions
 from craftmesh.renewal.renew import StageOptions, history_of, renew_mesh
+from craftmesh.renewal.whole import whole_of_mesh
 from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, nearest_facet
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.volume import mesh_volume
+from craftmesh.types import CRACK, INTERFACE
 
 PLAIN = remesh(voronoi(3, 6, (26, 20, 26)))[0]
 ALWAYS = StageOptions(renew=RenewOptions(reuse="always"))
@@ -51,6 +53,16 @@ def penny(radius, centre=(13.0, 0.0, 13.2)):
 def area_of(mesh):
     triangles = mesh.outward_triangles("CRACK_LIP_A")
     return np.linalg.norm(area_vectors(mesh.points, triangles), axis=1).sum()
+
+
+def off_boundaries(mesh, sizing):
+    """Mean and 99 % of the distances of nodes on grain boundaries from PLAIN, in target lengths."""
+    surface = whole_of_mesh(mesh, np.ones(len(mesh.points))).surface
+    nodes = surface.facets[surface.kind == INTERFACE]
+    nodes = surface.points[np.setdiff1d(nodes, surface.facets[surface.kind == CRACK])]
+    reference = PLAIN.facets[PLAIN.kind == INTERFACE].astype(np.int64)
+    off = nearest_facet(nodes, PLAIN.points, reference)[1] / sizing.at(nodes)
+    return np.array([off.mean(), np.quantile(off, 0.99)])
 
 
 def is_renewed(found):
@@ -115,6 +127,15 @@ def test_a_third_increment_goes_on_from_the_second(third):
     assert is_renewed(third)
     assert check(third.mesh) == []
     assert area_of(third.mesh) == pytest.approx(np.pi * 6.2**2 / 2, rel=0.01)
+
+
+def test_grain_boundaries_stay_as_close_to_the_remeshed_surface_as_in_a_mesh_from_scratch(first, third):
+    found = third
+    for radius in (6.8, 7.4):
+        crack, sizing = penny(radius)
+        found = renew_mesh(found.mesh, found.history, PLAIN, crack, sizing, ALWAYS)
+        assert is_renewed(found)
+    assert (off_boundaries(found.mesh, sizing) < 1.1 * off_boundaries(first[0], penny(5.0)[1])).all()
 
 
 def test_a_crack_elsewhere_replaces_the_old_one(first):
