@@ -16,6 +16,7 @@ from grown.closed import closed, half_closed, unopened
 from grown.flat import ellipse, penny
 from grown.inclined import inclined
 from grown.plate import hole, straight
+from grown.wings import wings
 from measure import print_table, write_json
 
 # a case grows its crack in campaigns within the folder that it gets
@@ -27,6 +28,7 @@ CASES: dict[str, Callable[[Path], list[Check]]] = {
     "hole": hole,
     "closed": closed,
     "closed with friction": partial(closed, friction=0.3),
+    "wings": wings,
     "unopened": unopened,
     "half closed": half_closed,
     "broken through": broken_through,

@@ -11,6 +11,7 @@ from grown.flat import CENTRE, PENNY, RADIUS, in_large_body
 INCLINED = np.array([1.0, 0.0, 1.0]) / np.sqrt(2)
 GROW = "share: 0.25"
 CAP, TILT = 45.0, 60.0  # degrees: half the angle of a cap of a sphere, and of its axis to the tension
+MODE_I = 0.015  # largest error of K_I over K_II without friction
 MODE_II = 70.53  # kink of the largest tangential stress without K_I, degrees
 
 
@@ -30,9 +31,13 @@ def closed(folder: Path, friction: float = 0.0) -> list[Check]:
     kink = float(np.median(np.abs(k["kink_angle"][goes])))
     sliding = np.abs(exact[:, 1]) > 0.02 * largest  # twice the doubt of K
     return [
-        # the error of K_I comes from the pressure, which friction leaves as it is
+        # Over six meshes of such a penny the largest error of K_I is 0.3 to 1.0 % of K_II. It comes from
+        # the pressure, which friction leaves as it is.
         Check(
-            "K_I over the largest K_II", float(np.abs(k["K_I"]).max() / largest), 0.0, 0.01 / (1 - friction)
+            "K_I over the largest K_II",
+            float(np.abs(k["K_I"]).max() / largest),
+            0.0,
+            MODE_I / (1 - friction),
         ),
         Check("K_II off the exact one, over it", float(off[0]), 0.0, 0.01),
         Check("K_III off the exact one, over K_II", float(off[1]), 0.0, 0.01),

@@ -83,12 +83,6 @@ def test_friction_leaves_k_of_the_shear_that_it_does_not_bear(model):
         assert np.abs(getattr(slid, mode) - left).max() < 0.01 * sheared  # measured 0.3 %
     assert np.abs(np.sqrt(slid.J / slid.G) - 1).max() < 0.03  # 1.1 % without friction, of a larger root
     stuck, _ = parameters(model, solve(replace(model, lip_friction=0.5), exact)[0])
-    print(
-        "stuck",
-        np.abs([stuck.K_I, stuck.K_II, stuck.K_III]).max(axis=1) / sheared,
-        free.error.max() / sheared,
-        slid.error.max() / sheared,
-    )
     assert np.abs([stuck.K_I, stuck.K_II, stuck.K_III]).max() < 0.01 * sheared  # measured 0.6 %
 
 
