@@ -72,15 +72,27 @@ def loaded_edge(depth: float, load: str):
 def heated(radius: float, centre, hot, size: float, strain: float):
     """The same for a penny in z = const beside a hot ball in its plane: K of the stress without the crack.
 
-    hot: the ball's middle, `size` its radius. Source: L. A. Galin; M. K. Kassir and G. C. Sih (1975), with
-    the stress across the crack as a Fourier series round its centre.
+    hot: the ball's middle, `size` its radius.
+    """
+
+    def stress_at(offset):
+        away = np.linalg.norm(offset + centre - hot, axis=-1)
+        return YOUNG / (1 + POISSON) * _ball(size, strain) / away**3
+
+    return opened_by(radius, centre, stress_at)
+
+
+def opened_by(radius: float, centre, stress_at):
+    """The same for a penny in z = const, of the stress across it, stress_at(offsets from its centre).
+
+    Source: L. A. Galin; M. K. Kassir and G. C. Sih (1975), with the stress as a Fourier series round the
+    centre.
     """
     angle = np.linspace(0, 2 * np.pi, 256, endpoint=False)
     node, weight = np.polynomial.legendre.leggauss(64)
     turn = np.pi / 4 * (node + 1)
     x, y = (radius * np.sin(turn)[:, None] * wave(angle) for wave in (np.cos, np.sin))
-    away = np.hypot(x + (centre - hot)[0], y + (centre - hot)[1])
-    stress = YOUNG / (1 + POISSON) * _ball(size, strain) / away**3
+    stress = stress_at(np.stack([x, y, 0 * x], axis=-1))
     order = np.arange(100)
     waves = np.fft.rfft(stress, axis=1)[:, order] / len(angle) * np.where(order, 2, 1)
     part = (
@@ -93,6 +105,49 @@ def heated(radius: float, centre, hot, size: float, strain: float):
         return np.column_stack([k, 0 * k, 0 * k])
 
     return k_of
+
+
+LINEAR, PARABOLA, SPOT = "linear", "parabola", "spot"
+_SLOPE, _SPOT = np.array([0.5, -0.3, 0.6]), np.array([1.0, 0.4, 0])  # over the radius; the middle of a spot
+
+
+def warmed(kind: str, offset, radius: float, strain: float):
+    """Return temperatures (k,) and displacements (k, 3) of an infinite body without a crack, at offsets.
+
+    The strain is that of temperature 1. A linear temperature strains the body freely. -(x^2 + y^2) / a^2
+    is the sum of two layerings, each held along its layers; a spot, exp(-R^2 / a^2), is a ball without
+    stress far away (S. P. Timoshenko and J. N. Goodier, 1970).
+    """
+    x, wide = offset / radius, strain * radius
+    free = wide * (1 + POISSON) / (1 - POISSON)
+    if kind == LINEAR:
+        along = x @ _SLOPE
+        return along, wide * (along[:, None] * x - 0.5 * (x * x).sum(axis=1)[:, None] * _SLOPE)
+    if kind == PARABOLA:
+        return -(x[:, 0] ** 2) - x[:, 1] ** 2, -free / 3 * x**3 * [1, 1, 0]
+    out = x - _SPOT
+    away = np.linalg.norm(out, axis=1)
+    return np.exp(-(away**2)), free * _heat_within(away)[:, None] * out
+
+
+def warmed_penny(kind: str, radius: float, centre, stress, strain: float):
+    """The same for a penny in z = const in a warmed body with a stress far away."""
+    plane = YOUNG * strain / (1 - POISSON)
+
+    def stress_at(offset):
+        x = offset / radius
+        away = np.linalg.norm(x - _SPOT, axis=-1)
+        own = {PARABOLA: (x**2).sum(axis=-1), SPOT: _heat_within(away) - np.exp(-(away**2))}
+        return plane * own.get(kind, 0.0) + stress[2, 2] + 0 * away
+
+    return opened_by(radius, centre, stress_at)
+
+
+def _heat_within(away):
+    """Return the integral of exp(-r^2) r^2 from 0 to distances, over their cube."""
+    from scipy.special import erf
+
+    return (0.5 * np.sqrt(np.pi) * erf(away) - away * np.exp(-(away**2))) / (2 * away**3)
 
 
 def round_inclusion(points, hot, size: float, strain: float):

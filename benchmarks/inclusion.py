@@ -65,11 +65,11 @@ def penny(points, stress, middle, size: float) -> dict:
     from craftmesh.fracture.parameters import fracture_parameters
     from craftmesh.mechanics.materials import COLUMN, ROW
     from craftmesh.mechanics.near_field import as_tensor
-    from craftmesh.mechanics.residual_stress import StressField
+    from craftmesh.mechanics.point_fields import PointField
 
     radius = size / 4
     shift = CENTRE - middle - [1.5 * radius + size, 0, 0]
-    field = StressField(points + shift, (0, 1, 2), stress[:, ROW, COLUMN])
+    field = PointField(points + shift, (0, 1, 2), stress[:, ROW, COLUMN])
     crack = {"shape": "penny", "centre": tuple(CENTRE), "radius": radius}
     case = fracture.Case(crack, {}, size=radius, field=field)
     model = fracture.model_of(fracture.meshed(case, radius / 8), case)

@@ -14,7 +14,7 @@ from craftmesh.io.user_material import PRESETS
 SECTION_FILES = {
     "generate": ("voids_from",),
     "sizing": ("points", "field"),
-    "inp": ("lip_field", "residual_stress", "eigenstrain_file", "user_material"),
+    "inp": ("lip_field", "residual_stress", "eigenstrain_file", "temperature", "user_material"),
     "grow": ("slip_table", "block_table"),
 }
 CRACK_FILES = ("file", "front")

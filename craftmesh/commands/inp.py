@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -59,4 +58,4 @@ def _with_layers(
             "cohesive: on faces of C3D10 tractions oscillate about the true values, by 5 % if stiffness * "
             "edge / E is 0.05 and by 59 % if 1; for damage use element C3D4, or less stiffness"
         )
-    return replace(model, mesh=opened), CohesiveLayers(laws, elements)
+    return model.on_copies(opened), CohesiveLayers(laws, elements)

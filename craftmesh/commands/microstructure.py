@@ -11,13 +11,13 @@ from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.file_volume import of_grains
 from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels
-from craftmesh.io.stress_field import read_stress_field
+from craftmesh.io.point_fields import read_stress_field, read_temperature
 from craftmesh.io.user_material import read_template
 from craftmesh.mechanics.eigenstrains import as_strain
 from craftmesh.mechanics.lips import LipField
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.orientation import element_axes
-from craftmesh.mechanics.residual_stress import StressField
+from craftmesh.mechanics.point_fields import PointField
 from craftmesh.mechanics.user_materials import UserMaterials, parse_templates
 
 
@@ -29,14 +29,16 @@ def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `elastic_model` that the given files define, by name.
 
     --microstructure defines `orientations`, `phases` and `crystals`; --lip-field defines `lip_field`;
-    --eigenstrain-file defines `grain_strains`; --residual-stress defines `residual_stress`. Without a file
-    its arguments are left out.
+    --eigenstrain-file defines `grain_strains`; --residual-stress defines `residual_stress`;
+    --temperature defines `temperature`. Without a file its arguments are left out.
     """
     found: dict[str, Any] = {}
     if field := getattr(arguments, "lip_field", ""):
         found["lip_field"] = LipField(*read_lip_field(field))
     if stresses := getattr(arguments, "residual_stress", ""):
-        found["residual_stress"] = StressField(*read_stress_field(stresses))
+        found["residual_stress"] = PointField(*read_stress_field(stresses))
+    if temperatures := getattr(arguments, "temperature", ""):
+        found["temperature"] = PointField(*read_temperature(temperatures))
     if strains := getattr(arguments, "eigenstrain_file", ""):
         grains, rows = read_grain_strains(strains)
         found["grain_strains"] = {grain: as_strain(row) for grain, row in zip(grains, rows)}

@@ -80,14 +80,15 @@ def solved_history(
 
     CalculiX runs in `folder`. Stress (n, 6): 11, 22, 33, 12, 13, 23. Slip (n, s) of the slip systems, None
     if the materials do not define it. Nodal values are CalculiX' means over elements. If each
-    user material writes the energy density (ENER) and elements have 10 nodes, the report has J on rings and
-    the opening of each front. Raises
-    CraftmeshError if the program fails, or if results are missing or cannot be read.
+    user material writes the energy density (ENER), elements have 10 nodes and no temperature varies, the
+    report has J on rings and the opening of each front. Raises CraftmeshError if the program fails, or if
+    results are missing or cannot be read.
     """
     results = run_deck(model, options, folder, deck, materials)
     users = list(materials.by_phase.values()) if materials else []
     first, last = next(filter(None, (one.slip for one in users)), (1, 0))
-    has_work = all("ENER" in one.output for one in users)
+    # J on rings lacks the term of a temperature that varies
+    has_work = all("ENER" in one.output for one in users) and model.temperature is None
     columns = _FIELDS | ({"SDV": last} if last else {}) | ({"ENER": 1} if has_work else {})
     count = len(model.mesh.points)
     read = read_frd(results, columns).items()

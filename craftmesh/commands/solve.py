@@ -16,8 +16,8 @@ from craftmesh.deck.options import OF_THE_FILE, DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.model_tables import DISPLACEMENT_FORMAT, read_displacement_table, read_displacements
+from craftmesh.io.point_fields import NAMES
 from craftmesh.io.stage_npz import write_solution_vtu, write_solutions
-from craftmesh.io.stress_field import NAMES
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.stress import grain_stress

@@ -20,10 +20,11 @@ _MOST_INCREMENTS = 100_000  # largest number of increments of a step, never reac
 _PAIRS_PER_LINE = 4  # pairs of time and level in a line of an amplitude
 
 
-def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
+def step_lines(load: Load, mesh: TetMesh, temperature: np.ndarray | None = None) -> Iterator[str]:
     """Yield the supports and the static step of a load on a mesh.
 
     Prescribed displacements that are not 0 are in the step, even if `load` holds them before it.
+    temperature (n,): factor of the load's heat at the nodes, None for 1.
     """
     still = [fixed for fixed in load.held if not np.any(fixed.displacement)]
     moved = [fixed for fixed in load.held if np.any(fixed.displacement)] + [*load.moved]
@@ -39,11 +40,13 @@ def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
         yield from _moved_lines(fixed)
     yield from _pulled(load.pulled, mesh)
     if load.heat:
-        yield f"*TEMPERATURE\nNALL, {number(load.heat)}\n"
+        yield from _heat_lines(load, temperature)
     yield _OUTPUT + "*END STEP\n"
 
 
-def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
+def steps_of_cases(
+    cases: Mapping[str, Load], mesh: TetMesh, temperature: np.ndarray | None
+) -> Iterator[str]:
     """Yield a step for each load case; each step removes the supports and loads of the step before."""
     heated = any(load.heat for load in cases.values())
     if heated:
@@ -55,12 +58,17 @@ def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
         yield "*CLOAD, OP=NEW\n*DSLOAD, OP=NEW\n"
         yield from _pulled(load.pulled, mesh)
         if heated:
-            yield f"*TEMPERATURE, OP=NEW\nNALL, {number(load.heat)}\n"
+            yield from _heat_lines(load, temperature, ", OP=NEW")
         yield _OUTPUT + "*END STEP\n"
 
 
 def history_lines(
-    loads: Mapping[str, Load], steps: Sequence[LoadStep], mesh: TetMesh, extras: Sequence[str], nlgeom: bool
+    loads: Mapping[str, Load],
+    steps: Sequence[LoadStep],
+    mesh: TetMesh,
+    extras: Sequence[str],
+    nlgeom: bool,
+    temperature: np.ndarray | None,
 ) -> Iterator[str]:
     """Yield the steps of a history.
 
@@ -85,7 +93,7 @@ def history_lines(
         yield f"** Step {count}: {step.kind} of the load {step.load}".rstrip() + "\n"
         longest = step.time / step.increments
         yield f"*STATIC\n{', '.join(map(number, (longest, step.duration, _SHORTEST * longest, longest)))}\n"
-        yield from _load_lines(loads, step, count, mesh, loaded)
+        yield from _load_lines(loads, step, count, mesh, loaded, temperature)
         yield f"{asked}*END STEP\n"
 
 
@@ -102,7 +110,12 @@ def face_lines(loads: Mapping[str, Load]) -> str:
 
 
 def _load_lines(
-    loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh, loaded: np.ndarray
+    loads: Mapping[str, Load],
+    step: LoadStep,
+    count: int,
+    mesh: TetMesh,
+    loaded: np.ndarray,
+    temperature: np.ndarray | None,
 ) -> Iterator[str]:
     """Yield supports and loads of a step: for a ramp those at its end, for cycles those at level 1.
 
@@ -116,7 +129,17 @@ def _load_lines(
         yield from _moved_lines(fixed)
     yield from _pulled(load.pulled, mesh, amplitude, loaded)
     if any(one.heat for one in loads.values()):
-        yield f"*TEMPERATURE{amplitude}\nNALL, {number(load.heat)}\n"
+        yield from _heat_lines(load, temperature, amplitude)
+
+
+def _heat_lines(load: Load, temperature: np.ndarray | None, option: str = "") -> Iterator[str]:
+    """Yield the temperature of all nodes, or of each: temperature (n,) times the load's factor."""
+    yield f"*TEMPERATURE{option}\n"
+    if temperature is None or not load.heat:
+        yield f"NALL, {number(load.heat)}\n"
+        return
+    for node, value in enumerate((load.heat * temperature).tolist(), 1):
+        yield f"{node}, {number(value)}\n"
 
 
 def _moved_lines(fixed: Fixed) -> Iterator[str]:

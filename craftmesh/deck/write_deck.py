@@ -46,9 +46,9 @@ _SCALE_NOTE = """\
 ** unit, so that forces are {forces:g} times the model's.
 """
 _STRAIN_NOTE = """\
-** Expansions of materials are the eigenstrains of their grains: the temperature rises by 1. Where one has
-** shears in the crystal's axes, ORI_<id> gives its principal axes in place of these, and constants of the
-** material refer to them.
+** Expansions of materials are the eigenstrains of their grains: the temperature rises by 1, or at each
+** node as inp.temperature says. Where an expansion has shears in the crystal's axes, ORI_<id> gives its
+** principal axes in place of these, and constants of the material refer to them.
 """
 _LAYER_NOTE = """\
 ** COH_<a>_<b>: cohesive elements on the boundary of grains a < b, nodes 1 to 3 on a, 4 to 6 on b; COH_ALL
@@ -177,10 +177,13 @@ def _load_lines(
         if traced:
             faces, steps = face_lines(loads), [*steps, held_step(steps[-1])]
             extras = [faces] * len(extras) + [faces + asked]
-        return history_lines(loads, steps, model.mesh, extras, user is not None and user.nlgeom)
+        nlgeom = user is not None and user.nlgeom
+        return history_lines(loads, steps, model.mesh, extras, nlgeom, model.temperature)
     if model.cases:
-        return steps_of_cases(model.cases, model.mesh)
-    return iter(()) if model.load is None else step_lines(model.load, model.mesh)
+        return steps_of_cases(model.cases, model.mesh, model.temperature)
+    if model.load is None:
+        return iter(())
+    return step_lines(model.load, model.mesh, model.temperature)
 
 
 def _units_note(units: UnitsOptions) -> str:

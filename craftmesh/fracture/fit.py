@@ -240,21 +240,24 @@ def _gauss_on_edges(
 def displacements_along_front(
     tube: Tube, front: Front, line: FrontLine, segments: Segments
 ) -> list[Fitted]:
-    """Return splines of the displacement (3 columns) along each segment, fitted to the front's nodes.
+    """Return splines of displacement and temperature (4 columns) along each segment, fitted to front nodes.
 
-    The displacement by the segment's eigenstrain is subtracted. It is without the mean rotation of the
-    tube, because the fields of unit forces give the strain without this rotation.
+    Subtracted are the front's mean temperature, and the displacement that it causes with the segment's
+    eigenstrain. The displacement is without the mean rotation of the tube, because the fields of unit
+    forces give the strain without this rotation.
     """
     begin, end = line.edges()
     s = np.concatenate([line.s, 0.5 * (begin + end)])
     nodes = np.searchsorted(tube.nodes, np.concatenate([front.corners, front.mids]))
-    points, displacement = tube.points[nodes], tube.displacement[nodes]
+    points, displacement, heat = tube.points[nodes], tube.displacement[nodes], tube.temperature[nodes]
+    mean = heat.mean()
     found = []
     for segment in range(len(segments.start)):
         own, offset = segments.within(segment, s)
         basis = segment_basis(line, segments, segment, PIECES)
         stiffness = SMOOTH if len(own) >= LEAST_KNOWN else STRAIGHT
-        moved = displacement - points @ segments.eigenstrain[segment]
+        moved = displacement - mean * points @ segments.eigenstrain[segment]
+        moved = np.column_stack([moved, heat - mean])
         rows, weights = basis.design(offset), np.ones(len(own))
         found.append(Fitted(basis, basis.solve(rows, moved[own], weights, stiffness)))
     return found

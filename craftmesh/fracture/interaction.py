@@ -51,15 +51,19 @@ class Local(NamedTuple):
     """Quantities at points (p,), in the local axes (p, 3, 3) of each point.
 
     across (p, 10, 3): binormals at the element's nodes; gradient (p, 3, 3): the element's displacement
-    gradient less the eigenstrain of the grain at the front; own (p, 3, 3): the element's stress; energy
-    (p,): its elastic energy density; h, dh, stress, dstress: gradients and stresses of the crystal's
-    fields, with derivatives, as in `PointFields`.
+    gradient less `free` times the temperature; own (p, 3, 3): the element's stress; free, own_free (p, 3,
+    3): eigenstrains at temperature 1 of the grain at the front and of the element's; warming (p, 3): slope
+    of the temperature; energy (p,): the element's elastic energy density; h, dh, stress, dstress: gradients
+    and stresses of the crystal's fields, with derivatives, as in `PointFields`.
     """
 
     axes: np.ndarray
     across: np.ndarray
     gradient: np.ndarray
     own: np.ndarray
+    free: np.ndarray
+    own_free: np.ndarray
+    warming: np.ndarray
     energy: np.ndarray
     h: np.ndarray
     dh: np.ndarray
@@ -115,13 +119,18 @@ def _local(
     frames = curve.moving_frames(s)
     fields = fields_at(stations, segment, s, frames, points.place, side)
     nodes, grain = tube.tets[points.element], tube.grain[points.element]
-    strain = tube.eigenstrain[grain]
-    raw = tube.displacement[nodes].swapaxes(1, 2) @ points.slope - strain
+    heat, warming = tube.temperature[nodes], (tube.temperature[nodes][:, None] @ points.slope)[:, 0]
+    heat = (heat * points.value).sum(axis=1)[:, None, None]
+    strain, front = tube.eigenstrain[grain], tube.shift[segment]
+    raw = tube.displacement[nodes].swapaxes(1, 2) @ points.slope - heat * strain
     stress = stresses(as_tensor(tube.stiffness).reshape(-1, 9, 9)[grain], raw)
     energy = 0.5 * (stress * raw).sum(axis=(1, 2))
     axes, turned = frames.axes, frames.axes.swapaxes(1, 2)
-    gradient = axes @ (raw + strain - tube.shift[segment]) @ turned
-    return Local(axes, tube.binormal[nodes] @ turned, gradient, axes @ stress @ turned, energy, *fields)
+    gradient, own, free, own_free = (
+        axes @ part @ turned for part in (raw + heat * (strain - front), stress, front, strain)
+    )
+    across = tube.binormal[nodes] @ turned
+    return Local(axes, across, gradient, own, free, own_free, _times(axes, warming), energy, *fields)
 
 
 def _of_elements(
@@ -131,8 +140,9 @@ def _of_elements(
 
     N are the shape functions, P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad
     s' : e, where h, s' are the gradient and stress of a crystal's field and s, e the stress and strain of
-    the element. No derivative of the material is needed. From u the uniform eigenstrain of the grain at the
-    front is subtracted, so that s is C e there. For J, P is the energy-momentum tensor and B is 0.
+    the element. No derivative of the material is needed. From grad u the eigenstrain of the grain at the
+    front is subtracted, so that s is C e there. Where the temperature varies, B also has `_of_warming`. For
+    J, P is the energy-momentum tensor and B has only these terms.
     """
     (share, weights), count = tet_rule(FULL_RULE), len(elements)
     element = np.repeat(elements, len(weights))
@@ -153,9 +163,28 @@ def _of_elements(
     body -= pieces.reshape(-1, 3, MODES).swapaxes(1, 2)
     local_slope = points.slope @ at.axes.swapaxes(1, 2)
     force = (local_slope @ flow.reshape(-1, 3, 3 * ROWS)).reshape(-1, 10, ROWS, 3)
-    force[:, :, :MODES] += value[:, :, None, None] * body[:, None]
+    warming = _of_warming(at)
+    warming[:, :MODES] += body
+    force += value[:, :, None, None] * warming[:, None]
     weight = np.tile(weights, count) * points.determinant
     return np.einsum("pamk,pak,p->pam", force, at.across, weight).reshape(count, -1, 10, ROWS).sum(axis=1)
+
+
+def _of_warming(at: Local) -> np.ndarray:
+    """Return the terms (p, ROWS, 3) of B by the slope of the temperature g: (s' : a) g - a_0 s' g.
+
+    a_0 is the eigenstrain of the grain at the front at temperature 1. For K and T s' is the stress of a
+    crystal's field and a is a_0; for J they are the stress and the eigenstrain of the element.
+    """
+    stress = np.concatenate([at.stress, at.own[:, None]], axis=1)
+    work = np.column_stack(
+        [
+            (at.stress.reshape(-1, MODES, 9) @ at.free.reshape(-1, 9, 1))[:, :, 0],
+            (at.own * at.own_free).sum(axis=(1, 2)),
+        ]
+    )
+    pull = (stress @ at.warming[:, None, :, None])[..., 0]
+    return work[:, :, None] * at.warming[:, None] - pull @ at.free
 
 
 def _energies(at: Local) -> np.ndarray:

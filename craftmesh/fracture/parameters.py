@@ -64,6 +64,7 @@ def stress_intensities(
             solution.contact,
             on_lips(load),
             models[name].eigenstrain(),
+            model.temperature,
         )
         fronts += [({"load_case": name} if name else {}) | front for front in report["fronts"]]
     return found, {"fronts": fronts}
@@ -87,6 +88,7 @@ def fracture_parameters(
     contact: np.ndarray | None = None,
     lips: Sequence[Traction] = (),
     eigenstrain: np.ndarray | None = None,
+    temperature: np.ndarray | None = None,
 ) -> tuple[FrontParameters, dict]:
     """Return the parameters along all fronts of a solved 10-node mesh, and a report on each front.
 
@@ -94,7 +96,8 @@ def fracture_parameters(
     22, 33, 12, 13, 23 of sample axes. Units follow from stiffness and mesh: K in stress times root of
     length. loaded: face sets (XMIN, ...) with unknown tractions, where a front may end. contact (n, 3):
     forces of touching lips on each other, None if no lips touch. lips: other tractions on the lips;
-    eigenstrain (g, 3, 3): of the grains in sample axes, None for 0. Raises CraftmeshError for 4-node
+    eigenstrain (g, 3, 3): of the grains in sample axes, None for 0; temperature (n,): its factor at the
+    nodes, None for 1. Raises CraftmeshError for 4-node
     meshes, displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:
@@ -112,7 +115,8 @@ def fracture_parameters(
     touch = lips_touch(mesh, contact)
     tractions = lip_tractions(mesh, lips, contact)
     strain = np.zeros((len(grains), 3, 3)) if eigenstrain is None else eigenstrain
-    solved = SolvedMesh(mesh, displacement, grains, stiffness, strain, loaded, tractions, touch)
+    heat = np.ones(len(displacement)) if temperature is None else temperature
+    solved = SolvedMesh(mesh, displacement, grains, stiffness, strain, loaded, tractions, touch, heat)
     corner_points = [mesh.points[front.corners] for front in fronts]
     parts, reports = [], []
     for number, front in enumerate(fronts):
@@ -222,7 +226,7 @@ def _at_nodes(
     for segment, (fit, own) in enumerate(zip(fitted, moved)):
         rows, offset = segments.within(segment, line.s)
         places = np.append(offset, [0.0, segments.length[segment]])
-        values = _values(stations, segment, curve, fit, own, places)
+        values = _values(stations, segment, curve, fit, own, places, segments.eigenstrain[segment])
         total[rows] += values[:-2, :6]
         times[rows] += 1
         one_sided.append(values[-2:, [0, 1, 2, 6, 7, 8]])
@@ -231,19 +235,26 @@ def _at_nodes(
 
 
 def _values(
-    stations: Stations, segment: int, curve: FrontCurve, fit: Fitted, moved: Fitted, offset: np.ndarray
+    stations: Stations,
+    segment: int,
+    curve: FrontCurve,
+    fit: Fitted,
+    moved: Fitted,
+    offset: np.ndarray,
+    strain: np.ndarray,
 ) -> np.ndarray:
     """Return columns (k, 9) of K_I, K_II, K_III, T, J, G and the opening at offsets (k,) in a segment.
 
-    fit: fitted integrals; moved: fitted displacements. The opening, three columns, is L^-1 K, the factor of
-    the root of r in the crack opening displacement up to a constant, along binormal, normal and tangent.
+    fit: fitted integrals; moved: fitted displacements and temperature; strain (3, 3): the segment's
+    eigenstrain. The opening, three columns, is L^-1 K, the factor of the root of r in the crack opening
+    displacement up to a constant, along binormal, normal and tangent.
     """
     s = stations.start[segment] + offset
     opening, stiffness = stations.at(segment, s)
     found = fit.at(offset)
     k = np.linalg.solve(opening, found[:, :3, None])[:, :, 0]
     _, tangent, _, binormal = curve.frames(s)
-    slope = moved.slopes(offset)
+    slope = moved.slopes(offset)[:, :3] - moved.at(offset)[:, 3:] * (tangent @ strain)
     along = np.column_stack([(slope * axis).sum(axis=1) for axis in (tangent, binormal)])
     t = stress_along_binormal(stiffness, found[:, 3:5], along)
     g = 0.5 * (k * found[:, :3]).sum(axis=1)

@@ -59,7 +59,9 @@ def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         left = left[missed[left] > INSIDE]
     nodes, slope, grain = tube.tets[element], shape_slopes(share, 10), tube.grain[element]
     inverse = np.linalg.pinv(jacobians(tube.points, nodes, slope[:, None])[:, 0])
-    gradient = tube.displacement[nodes].swapaxes(1, 2) @ slope @ inverse - tube.eigenstrain[grain]
+    heat = (shape_values(share) * tube.temperature[nodes]).sum(axis=1)
+    gradient = tube.displacement[nodes].swapaxes(1, 2) @ slope @ inverse
+    gradient -= heat[:, None, None] * tube.eigenstrain[grain]
     return stresses(as_tensor(tube.stiffness[grain]).reshape(-1, 9, 9), gradient), missed
 
 

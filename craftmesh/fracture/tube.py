@@ -53,7 +53,7 @@ class SolvedMesh(NamedTuple):
 
     stiffness (g, 6, 6) and eigenstrain (g, 3, 3) of grains (g,), ascending ids; loaded: face sets with
     unknown tractions; tractions: known tractions on lips (crack faces); touch (n,): mask of nodes at which
-    the lips are closed.
+    the lips are closed; temperature (n,): factor of the eigenstrains at the nodes.
     """
 
     mesh: TetMesh
@@ -64,13 +64,15 @@ class SolvedMesh(NamedTuple):
     loaded: Collection[str]
     tractions: FaceTractions
     touch: np.ndarray
+    temperature: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Tube:
     """The elements around a front, their nodes, and the outer faces that the virtual extension q may move.
 
-    nodes (n,): ids in the mesh; points, displacement (n, 3): displacements without rigid motion; s (n,):
+    nodes (n,): ids in the mesh; points, displacement (n, 3): displacements without rigid motion;
+    temperature (n,): factor of the eigenstrains; s (n,):
     arc lengths of the nearest points on the front, distance (n,) to them, binormal (n, 3) and segment (n,)
     there. tets (e, 10): rows of nodes; grain (e,): rows of stiffness (g, 6, 6) and eigenstrain (g, 3, 3);
     side (e,): 1 on the side of lip A, -1 on the side of lip B; shift (c, 3, 3): the eigenstrain at the
@@ -83,6 +85,7 @@ class Tube:
     nodes: np.ndarray
     points: np.ndarray
     displacement: np.ndarray
+    temperature: np.ndarray
     s: np.ndarray
     distance: np.ndarray
     binormal: np.ndarray
@@ -130,6 +133,7 @@ def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) 
         nodes,
         points,
         without_rigid_motion(points, solved.displacement[nodes]),
+        solved.temperature[nodes],
         s,
         distance,
         binormal,

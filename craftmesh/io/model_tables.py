@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.npz import load
-from craftmesh.io.stress_field import NAMES
+from craftmesh.io.point_fields import NAMES
 from craftmesh.io.text_table import read_table
 
 COLUMNS = ("node", "ux", "uy", "uz")

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.load import Load, Traction, point_vectors
-from craftmesh.mesh.integration import AT_ONCE, face_points
+from craftmesh.mechanics.point_fields import interpolated
+from craftmesh.mesh.integration import face_points
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
@@ -38,35 +38,6 @@ class LipField:
         values = np.column_stack([self.pressure, self.traction])
         found = interpolated(self.points, values, places, _NEAREST)
         return found[:, 0], found[:, 1:]
-
-
-def interpolated(points: np.ndarray, values: np.ndarray, places: np.ndarray, count: int) -> np.ndarray:
-    """Return values (n, c) at places (n, d) from values (k, c) at points (k, d).
-
-    The value is on the least-squares plane through the values of the `count` nearest points, weighted by
-    inverse squared distance, and is clipped to their range. Within that range, values linear in position
-    are reproduced.
-    """
-    tree = scipy.spatial.KDTree(points)
-    rows = range(0, len(places), AT_ONCE)
-    parts = [_on_planes(tree, values, places[row : row + AT_ONCE], count) for row in rows]
-    return np.concatenate([values[:0], *parts])
-
-
-def _on_planes(
-    tree: "scipy.spatial.KDTree", values: np.ndarray, places: np.ndarray, count: int
-) -> np.ndarray:
-    """Return `interpolated` values; tree: of the points."""
-    far, near = tree.query(places, k=range(1, min(count, tree.n) + 1))
-    weight = 1 / np.maximum(far / np.maximum(far[:, -1:], np.finfo(float).tiny), 1e-6) ** 2
-    weight /= weight.sum(axis=1, keepdims=True)
-    off, own = tree.data[near] - places[:, None], values[near]
-    middle, mean = ((weight[:, None] @ part)[:, 0] for part in (off, own))
-    off, change = off - middle[:, None], own - mean[:, None]
-    turned = (weight[:, :, None] * off).swapaxes(1, 2)
-    slope = np.linalg.pinv(turned @ off, rcond=1e-12, hermitian=True) @ (turned @ change)
-    found = mean - (middle[:, None] @ slope)[:, 0]
-    return np.clip(found, own.min(axis=1), own.max(axis=1))
 
 
 def loaded_lips(

@@ -19,7 +19,8 @@ from craftmesh.mechanics.load import Load, combined, load_on, near_planes, tensi
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
 from craftmesh.mechanics.model_options import EIGENSTRAIN, LIP_PRESSURE, ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
-from craftmesh.mechanics.residual_stress import StressField, residual_lips
+from craftmesh.mechanics.point_fields import PointField
+from craftmesh.mechanics.residual_stress import residual_lips
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.surface.side_data import notes_on_ids
 from craftmesh.types import Crystal, TetMesh
@@ -36,6 +37,8 @@ class ElasticModel:
     in the deck over lengths here. cases: loads by load case; combinations: the sums of cases that are asked
     for. element_axes (m, 6): like axes, for single elements; only the deck uses them, and a row of NaN
     means the axes of the grain. lip_friction: coefficient of friction of lips (crack faces) that touch.
+    temperature (n,): factor of the eigenstrains at the nodes, None for 1 everywhere; elements interpolate
+    it with their shape functions.
     """
 
     mesh: TetMesh
@@ -51,6 +54,7 @@ class ElasticModel:
     combinations: tuple[Combination, ...] = ()
     element_axes: np.ndarray | None = None
     lip_friction: float = 0.0
+    temperature: np.ndarray | None = None
 
     def under(self, one: Combination) -> "ElasticModel":
         """Return the model whose load is one combination of its load cases."""
@@ -82,6 +86,14 @@ class ElasticModel:
         cases = {name: one.with_lengths(self.scale) for name, one in self.cases.items()}
         return replace(self, mesh=mesh, load=load, scale=1.0, cases=cases)
 
+    def on_copies(self, mesh: TetMesh) -> "ElasticModel":
+        """Return the model on a mesh with the same elements, some of whose nodes are copies."""
+        if self.temperature is None:
+            return replace(self, mesh=mesh)
+        temperature = np.zeros(len(mesh.points))
+        temperature[mesh.tets] = self.temperature[self.mesh.tets]
+        return replace(self, mesh=mesh, temperature=temperature)
+
     def stiffness(self) -> np.ndarray:
         """Return the stiffness (g, 6, 6) of each grain in sample axes, in the form of `Material.stiffness`.
 
@@ -103,7 +115,8 @@ class ElasticModel:
     def eigenstrain(self) -> np.ndarray:
         """Return the eigenstrain (g, 3, 3) of each grain in sample axes, times the load's factor `heat`.
 
-        It is 0 without a load. Grains of one isotropic strain get bitwise equal values.
+        It is 0 without a load, and times `temperature` where that is given. Grains of one isotropic strain
+        get bitwise equal values.
         """
         heat = 0.0 if self.load is None else self.load.heat
         turns = [self.own_axes(grain) for grain in self.grains.tolist()]
@@ -121,7 +134,8 @@ def elastic_model(
     crystals: Mapping[int, Crystal] = MappingProxyType({}),
     lip_field: LipField | None = None,
     grain_strains: Mapping[int, np.ndarray] | None = None,
-    residual_stress: StressField | None = None,
+    residual_stress: PointField | None = None,
+    temperature: PointField | None = None,
 ) -> tuple[ElasticModel, dict]:
     """Return the model of a 4- or 10-node mesh, and a report.
 
@@ -131,13 +145,18 @@ def elastic_model(
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
     sample axes, NaN unknown; phases (n,): row = grain id; crystals: by phase; lip_field, grain_strains,
-    residual_stress: the content of the files that options lip_field, eigenstrain_file and residual_stress
-    name, strains (3, 3) by grain in sample axes. Raises CraftmeshError if a grain whose material or
-    eigenstrain is not isotropic has no orientation, a phase has no material, the element type does not fit
-    the mesh, a file that options name is not passed, or the load cannot act on the mesh.
+    residual_stress, temperature: the content of the files that options lip_field, eigenstrain_file,
+    residual_stress and temperature name, strains (3, 3) by grain in sample axes. Raises CraftmeshError if a
+    grain whose material or eigenstrain is not isotropic has no orientation, a phase has no material, the
+    element type does not fit the mesh, a file that options name is not passed, the load cannot act on the
+    mesh, or a strain by the temperature is over 1.
     """
     _check_held(
-        options, lip_field=lip_field, eigenstrain_file=grain_strains, residual_stress=residual_stress
+        options,
+        lip_field=lip_field,
+        eigenstrain_file=grain_strains,
+        residual_stress=residual_stress,
+        temperature=temperature,
     )
     mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
     grains = np.unique(mesh.grain)
@@ -170,14 +189,28 @@ def elastic_model(
         {name: one for name, one in cases.items() if one is not None},
         options.combinations,
         lip_friction=options.lip_friction,
+        temperature=None if temperature is None else _at_nodes(temperature, mesh, own_strain),
     )
     return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
 
 
-def _check_unit(field: StressField, materials: Mapping[int | None, Material]) -> None:
+def _at_nodes(temperature: PointField, mesh: TetMesh, strain: np.ndarray) -> np.ndarray:
+    """Return the temperature (n,) of a mesh's nodes; strain (g, 3, 3): of the grains at temperature 1."""
+    needed = "in the whole body, 0 where its temperature does not change"
+    found = temperature.at(mesh.points, "temperature", mesh.box, needed)[:, 0]
+    size = np.abs(found).max() * np.abs(strain).max()
+    if size > 1:
+        raise CraftmeshError(
+            f"temperature: a change of {np.abs(found).max():g} with an eigenstrain of "
+            f"{np.abs(strain).max():g} is a strain of {size:g}, over 1; give eigenstrains per degree"
+        )
+    return found
+
+
+def _check_unit(field: PointField, materials: Mapping[int | None, Material]) -> None:
     """Raise CraftmeshError if a stress is larger than all stiffnesses."""
     most = max(float(material.stiffness().max()) for material in materials.values())
-    size = float(np.abs(field.stress).max())
+    size = float(np.abs(field.values).max())
     if size > most:
         raise CraftmeshError(
             f"residual_stress: a stress of {size:g} is larger than the stiffness {most:g} of the "
@@ -185,7 +218,7 @@ def _check_unit(field: StressField, materials: Mapping[int | None, Material]) ->
         )
 
 
-def _of_residual(mesh: TetMesh, options: ModelOptions, field: StressField, load: Load | None) -> Load:
+def _of_residual(mesh: TetMesh, options: ModelOptions, field: PointField, load: Load | None) -> Load:
     """Return the load of a residual stress, with the supports of `load`, or of load none without one."""
     if load is None:
         planes = near_planes(range(3) if options.sides == "rollers" else ())

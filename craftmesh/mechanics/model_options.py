@@ -89,6 +89,12 @@ class ModelOptions(Options):
         "csv of the grains' eigenstrains, instead of eigenstrain: columns grain, and e along all axes, or "
         "e11,e22,e33,e12,e13,e23 in sample axes",
     )
+    temperature: str = option(
+        "",
+        "csv or .vtu of the temperature change in the body: columns temperature and those of x,y,z along "
+        "which it varies. Eigenstrains are then per degree, such as a coefficient of thermal expansion. It "
+        "is continuous across cracks",
+    )
     quarter_points: bool | None = option(
         None,
         "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only in "
@@ -115,6 +121,11 @@ class ModelOptions(Options):
         if self.eigenstrain and self.eigenstrain_file:
             raise CraftmeshError(
                 f"eigenstrain_file is {self.eigenstrain_file!r}, but eigenstrain is given too; keep one"
+            )
+        if self.temperature and not self.strains_grains:
+            raise CraftmeshError(
+                f"temperature is {self.temperature!r}, but no grain expands; give the coefficient of "
+                "thermal expansion as eigenstrain, such as isotropic:1.2e-5, or as eigenstrain_file"
             )
         if self.residual_stress and self.has_plates:
             raise CraftmeshError(

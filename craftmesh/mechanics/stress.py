@@ -8,7 +8,15 @@ import numpy as np
 from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.integration import DECK_RULE, determinants, jacobians, parts_of, shape_slopes, tet_rule
+from craftmesh.mesh.integration import (
+    DECK_RULE,
+    determinants,
+    jacobians,
+    parts_of,
+    shape_slopes,
+    shape_values,
+    tet_rule,
+)
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
 
 
@@ -41,38 +49,25 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
         spread, size = _to_nodes(tets.shape[1], own.shape[1]), weight.sum(axis=1)
         np.add.at(stress, point[rows], size[:, None, None] * (spread @ own))
         np.add.at(volume, point[rows], size[:, None])
-    part, node = np.divmod(found, len(mesh.points))
-    return GrainStress(node, point, stress / volume[:, None] - _free_stress(model)[part])
-
-
-def _free_stress(model: ElasticModel) -> np.ndarray:
-    """Return stiffness times eigenstrain (g, 6) of each grain.
-
-    It is subtracted from stiffness times total strain, which gives the stress.
-    """
-    return np.einsum("gij,gj->gi", model.stiffness(), components(model.eigenstrain()))
+    return GrainStress(found % len(mesh.points), point, stress / volume[:, None])
 
 
 def _at_points(
     model: ElasticModel, displacement: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield batches of elements (m,), with their stiffness times total strain (m, q, 6) and volumes (m, q).
-
-    Both are at their q integration points. Eigenstrains are not yet subtracted.
-    """
+    """Yield batches of elements (m,), their stresses (m, q, 6) and volumes (m, q) at q points."""
     tets, stiffness = model.mesh.tets, model.stiffness()
     part = np.searchsorted(model.grains, model.mesh.grain)
     places, weights = tet_rule(1 if tets.shape[1] == 4 else DECK_RULE)
-    slopes = shape_slopes(places, tets.shape[1])
+    slopes, values = shape_slopes(places, tets.shape[1]), shape_values(places, tets.shape[1])
+    free = components(model.eigenstrain())
     for rows in parts_of(np.arange(len(tets))):
         jacobian = jacobians(model.mesh.points, tets[rows], slopes)
         moved = displacement[tets[rows]][:, None].swapaxes(2, 3) @ slopes @ np.linalg.inv(jacobian)
         strain = components((0.5 * (moved + moved.swapaxes(2, 3))).reshape(-1, 3, 3))
-        yield (
-            rows,
-            strain.reshape(len(rows), -1, 6) @ stiffness[part[rows]],
-            determinants(jacobian) * weights,
-        )
+        heat = 1.0 if model.temperature is None else (model.temperature[tets[rows]] @ values.T)[:, :, None]
+        elastic = strain.reshape(len(rows), -1, 6) - heat * free[part[rows], None]
+        yield rows, elastic @ stiffness[part[rows]], determinants(jacobian) * weights
 
 
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
@@ -95,10 +90,9 @@ def mean_stresses(model: ElasticModel, displacement: np.ndarray) -> np.ndarray:
     It is integrated with the points of the deck's elements, so that the mean of a field that is solved with
     these points is in exact balance with the loads.
     """
-    part, free = np.searchsorted(model.grains, model.mesh.grain), _free_stress(model)
     total, volume = np.zeros(6), 0.0
-    for rows, own, weight in _at_points(model, displacement):
-        total += np.einsum("mq,mqi->i", weight, own - free[part[rows]][:, None])
+    for _, own, weight in _at_points(model, displacement):
+        total += np.einsum("mq,mqi->i", weight, own)
         volume += weight.sum()
     return total / volume
 

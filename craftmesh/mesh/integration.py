@@ -62,8 +62,10 @@ def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:
     return np.concatenate([corners, middles], axis=1)
 
 
-def shape_values(places: np.ndarray) -> np.ndarray:
-    """Return the values (q, 10) of 10-node shape functions at barycentric places (q, 4)."""
+def shape_values(places: np.ndarray, width: int = 10) -> np.ndarray:
+    """Return the values (q, width) of shape functions of 4 or 10 nodes at barycentric places (q, 4)."""
+    if width == 4:
+        return places
     a, b = EDGE_CORNERS.T
     return np.hstack([places * (2 * places - 1), 4 * places[:, a] * places[:, b]])
 

@@ -9,7 +9,7 @@ from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.rigid_body_supports import free_motions, supported_bodies
-from craftmesh.mesh.integration import DECK_RULE, shape_slopes, smallest_jacobians, tet_rule
+from craftmesh.mesh.integration import DECK_RULE, shape_slopes, shape_values, smallest_jacobians, tet_rule
 from craftmesh.solve.kernels.elements import internal_forces
 from craftmesh.types import TetMesh
 
@@ -35,13 +35,21 @@ class Elements:
         slopes = shape_slopes(places, self.tets.shape[1])
         return self.points, self.tets, self.part, self.stiffness, slopes, weights
 
-    def forces(self, displacement: np.ndarray, free: np.ndarray | None = None) -> np.ndarray:
+    def forces(
+        self,
+        displacement: np.ndarray,
+        free: np.ndarray | None = None,
+        temperature: np.ndarray | None = None,
+    ) -> np.ndarray:
         """Return the nodal forces (n, 3) that hold the elements at a displacement (n, 3).
 
-        free (g, 6): stress-free strains by part, with engineering shears; None: 0.
+        free (g, 6): stress-free strains by part, with engineering shears; None: 0. temperature (n,): their
+        factor at the nodes; None: 1.
         """
         free = np.zeros((len(self.stiffness), 6)) if free is None else free
-        return internal_forces(*self.tables, displacement, free)
+        temperature = np.ones(len(self.points)) if temperature is None else temperature
+        values = shape_values(tet_rule(self.rule)[0], self.tets.shape[1])
+        return internal_forces(*self.tables, displacement, free, values, temperature)
 
 
 def elements_of(model: ElasticModel, rule: int) -> Elements:
@@ -153,5 +161,5 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | 
     supports, forces = supports_of(model.load, model.mesh), nodal_forces(model.load.pulled, model.mesh)
     strain = model.eigenstrain()
     if strain.any():
-        forces -= elements.forces(np.zeros_like(forces), components(strain))
+        forces -= elements.forces(np.zeros_like(forces), components(strain), model.temperature)
     return Problem(elements, supports, forces)

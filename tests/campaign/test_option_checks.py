@@ -53,6 +53,10 @@ WRONG_SECTIONS = [
     ({"inp": {"lip_field": "gone.csv"}}, "inp.lip_field: gone.csv does not exist"),
     ({"inp": {"residual_stress": "s.csv"}}, "inp.residual_stress: s.csv does not exist"),
     ({"inp": {"eigenstrain_file": "gone.csv"}}, "inp.eigenstrain_file: gone.csv does not exist"),
+    (
+        {"inp": {"temperature": "gone.csv", "eigenstrain": ["isotropic:1e-5"]}},
+        "inp.temperature: gone.csv does not exist",
+    ),
     ({"inp": {"user_material": "gone.yaml"}}, "inp.user_material: gone.yaml does not exist"),
     ({"inp": {"steps": ["saw:1"]}}, "inp.steps: 'saw:1'; expected ramp:LEVEL"),
     ({"inp": {"lip_pressure": "high"}}, "inp.lip_pressure is 'high'; expected a number"),

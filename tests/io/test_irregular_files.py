@@ -14,7 +14,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io import hdf5, json_file, model_tables, npz, point_files, stage_npz, user_material, vtk
 from craftmesh.io.front_csv import read_front, read_fronts
 from craftmesh.io.mesh_formats import read_exodus
-from craftmesh.io.stress_field import read_stress_field
+from craftmesh.io.point_fields import read_stress_field, read_temperature
 from craftmesh.io.surface_files import read_grain_folder, read_triangles
 from craftmesh.io.text_table import read_rows
 from craftmesh.voxels.reading import ReadOptions, read_marked, read_voxels
@@ -57,7 +57,7 @@ DOORS = [
     (".csv", model_tables.read_grain_strains),
     (".csv", model_tables.read_lip_field),
     (".csv", model_tables.read_slip_table),
-    *[(suffix, read_stress_field) for suffix in (".csv", ".vtu")],
+    *[(suffix, read) for suffix in (".csv", ".vtu") for read in (read_stress_field, read_temperature)],
     *[(suffix, read_triangles) for suffix in (".stl", ".ply", ".obj", ".3mf")],
     ("_1.stl", lambda path: read_grain_folder(path.parent)),
     *[(".vtp", read) for read in (vtk.read_surface, vtk.read_crack)],

@@ -15,6 +15,7 @@ from craftmesh.deck.write_deck import DeckOptions, write_deck, write_model
 from craftmesh.mechanics.lips import LipField
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.orientation import random_orientations
+from craftmesh.mechanics.point_fields import PointField
 from craftmesh.mesh.second_order import raise_order
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.solve import solve as built_in
@@ -233,3 +234,26 @@ def test_lips_slide_with_the_friction_of_the_built_in_solver(tmp_path):
     moved, _ = run(tmp_path)
     # sticking lips slip a little in CalculiX, and overlap: measured 0.9 %
     assert np.abs(moved - own.displacement).max() < 0.02 * np.abs(own.displacement).max()
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+def test_a_temperature_by_place_gives_the_field_of_the_built_in_solver(element, tmp_path):
+    """Both interpolate it as the displacement: C3D4 take their corners' mean."""
+    crack = plane_crack(2, 2, hexagon((3, 3), 2))
+    mesh, _ = assemble(*structured_box((6, 6, 4), lambda c: np.where(c[:, 0] < 3, 1, 2), crack))
+    x = np.arange(-1, 8.0)
+    field = PointField(x[:, None], (0,), 100 * np.sin(x)[:, None])
+    strains = ("1=isotropic:1e-5", "2=orthotropic:1e-5,2e-5,3e-5")
+    options = DeckOptions(
+        element=element,
+        load="none",
+        eigenstrain=strains,
+        temperature="given",
+        quarter_points=element == "C3D10",
+    )
+    orientations, phases = random_orientations(3, np.random.default_rng(4)), np.array([0, 1, 2])
+    model, _ = elastic_model(mesh, options, orientations, phases, temperature=field)
+    write_model(tmp_path / "model.inp", model, options)
+    moved, _ = run(tmp_path)
+    ours = built_in(model, SolveOptions(tolerance=1e-10, contact=False))[0].displacement
+    assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()

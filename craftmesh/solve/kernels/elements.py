@@ -63,11 +63,14 @@ def add_stiffness(grads, stiffness, weight, product, out):
 
 
 @kernel
-def internal_forces(points, tets, part, stiffness, slopes, weights, displacement, free):
+def internal_forces(
+    points, tets, part, stiffness, slopes, weights, displacement, free, values, temperature
+):
     """Return the forces (n, 3) that the nodes must exert on the elements for this displacement (n, 3).
 
     part (m,): row of each element in `stiffness` (g, 6, 6) and in `free` (g, 6), the stress-free strains
-    with engineering shears.
+    with engineering shears; temperature (n,): factor of these, interpolated by shape functions `values` (q,
+    k).
     """
     forces = np.zeros((len(points), 3))
     grads, inverse = np.empty((tets.shape[1], 3)), np.empty((3, 3))
@@ -77,7 +80,10 @@ def internal_forces(points, tets, part, stiffness, slopes, weights, displacement
         for q in range(len(weights)):
             weight = weights[q] * gradients(points, nodes, slopes[q], inverse, grads)
             _fill_strain(grads, nodes, displacement, strain)
-            strain -= free[own]
+            heat = 0.0
+            for k in range(len(nodes)):
+                heat += values[q, k] * temperature[nodes[k]]
+            strain -= heat * free[own]
             _add_forces(grads, nodes, stiffness[own], strain, weight, forces)
     return forces
 
