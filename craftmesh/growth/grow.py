@@ -56,7 +56,7 @@ FOLDED = WIDEST_IN_CRYSTALS  # angle between triangles over which a strip is fol
 # What was done to a new front or strip, for the report; the keys of `GrownCrack.repairs`.
 REPAIRS = {
     "loops": "a front crossed itself; the loop is cut off",
-    "ends": "a front came back into the body at its end; the end is cut off",
+    "ends": "a front came back into the body or turned back at its end; the end is cut off",
     "ligaments": "a ligament thinner than an edge of the front is broken through",
     "stopped": "a strip folded outside the body; it ends just outside",
     "smoothed": "a strip folded; its moves are smoothed over a longer length",

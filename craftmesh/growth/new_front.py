@@ -110,8 +110,9 @@ def new_front(
     if old.closed:
         points[-1] = points[0]
     else:
-        for order, end in ((slice(None), old.points[0]), (slice(None, None, -1), old.points[-1])):
-            *found, is_cut = _carried_out(points[order], origin[order], end, box, frame[2])
+        for order in (slice(None), slice(None, None, -1)):
+            start = old.at(origin[order])
+            *found, is_cut = _carried_out(points[order], origin[order], start, box, frame[2])
             points, origin = (part[order] for part in found)
             ends_cut += is_cut
     points, origin, loops = without_loops(points, origin, frame[:2], old.closed)
@@ -178,25 +179,29 @@ def _off_face(points: np.ndarray, box: np.ndarray, normal: np.ndarray, width: fl
 
 
 def _carried_out(
-    points: np.ndarray, origin: np.ndarray, end: np.ndarray, box: np.ndarray, normal: np.ndarray
+    points: np.ndarray, origin: np.ndarray, start: np.ndarray, box: np.ndarray, normal: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Return points and origin of a moved front that begins beyond a box plane, and whether it was cut.
 
-    origin (k,): arc length on the old front from which each point has moved; end (3,): the old end, on one
-    or more planes of the box. Without such a plane the front is returned unchanged. If the front leaves the
-    box again within one length of the end's move, the points before it leaves are dropped. If its first
-    point is then not beyond one of the end's planes, a point beyond the nearest of them is put first: the
-    front goes straight on, or perpendicular to `normal` (3,) if the point is outside the box at another
-    plane. If this takes more than one length of the move, the end's move is instead turned parallel to its
-    planes, BEYOND lengths of the move outside them; the turn fades along the front over one such length.
+    start (k, 3), origin (k,): place on the old front from which each point has moved, and its arc length.
+    The first, the old end, lies on one or more planes of the box; else the front is returned unchanged. If
+    within one length of the end's move the front leaves the box again or, before it enters the box, turns
+    back against the old front, the points before it leaves the last time are dropped. If its first point is
+    then not beyond one of the end's planes, a point beyond the nearest of them is put first: the front goes
+    straight on, or perpendicular to `normal` (3,) if the point is outside the box at another plane. If this
+    takes more than one length of the move, the end's move is instead turned parallel to its planes, BEYOND
+    lengths of the move outside them; the turn fades along the front over one such length.
     """
+    end = start[0]
     sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
     size = float(np.linalg.norm(points[0] - end))
     if not size or not len(sides):
         return points, origin, False
     outside = ((points < box[0]) | (points > box[1])).any(axis=1)
-    last = int(np.flatnonzero(outside & (np.abs(origin - origin[0]) <= size)).max(initial=0))
-    is_cut = not outside[:last].all()
+    near = outside[:-1] & (np.abs(origin[:-1] - origin[0]) <= size)
+    last = int(np.flatnonzero(near).max(initial=0))
+    turns = (np.diff(points[: last + 1], axis=0) * np.diff(start[: last + 1], axis=0)).sum(axis=1) < 0
+    is_cut = not outside[:last].all() or (bool(turns.any()) and not outside[last:].all())
     if is_cut:
         points, origin = points[last:], np.append(origin[0], origin[last + 1 :])
     outward, move = np.where(sides, 1.0, -1.0), points[0] - end

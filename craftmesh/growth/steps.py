@@ -26,8 +26,8 @@ class CycleCount(NamedTuple):
     size: crack size; step: median extension from here, 0 if the front stays; rate: median da/dN of points
     that extend; power: their median d ln(da/dN) / d ln(K); error: relative error of Delta K. cycles, doubt:
     load cycles from the first front to this one, and their estimated error; ahead, ahead_doubt: the same
-    for the next step. increment: number of this front's step, from 0. growth: d ln(da/dN) / d ln(crack
-    size) over the next step.
+    for the next step. growth: d ln(da/dN) / d ln(crack size) over the next step. increment: number of this
+    front's step, from 0.
     """
 
     size: float
@@ -39,8 +39,8 @@ class CycleCount(NamedTuple):
     doubt: float
     ahead: float
     ahead_doubt: float
+    growth: float
     increment: float = 0
-    growth: float = 0.0
 
     def laid(self, fraction: float) -> "CycleCount":
         """Return this front with a step, and cycles of it, of which only a `fraction` was laid."""
@@ -79,7 +79,7 @@ def counted(
     cycles, doubt = _reached(last, rate, power * error) if last is not None else (0.0, 0.0)
     growth = growth_to(last, rate, power) if rate > 0 else 0.0
     ahead = _ahead(step, size, rate, growth, power * error)
-    return CycleCount(size, step, rate, power, error, cycles, doubt, *ahead, increment_after(last), growth)
+    return CycleCount(size, step, rate, power, error, cycles, doubt, *ahead, growth, increment_after(last))
 
 
 def _ahead(step: float, size: float, rate: float, growth: float, error: float) -> tuple[float, float]:

@@ -11,8 +11,15 @@ from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.growth.correct import LEFT, SHARE
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest, smoothed
-from craftmesh.growth.new_front import BEYOND, broken_through, new_front, stopped_outside
+from craftmesh.growth.new_front import (
+    BEYOND,
+    broken_through,
+    new_front,
+    stopped_outside,
+    strip_triangles,
+)
 from craftmesh.growth.options import SmoothingOptions
+from craftmesh.surface.measure import area_vectors
 
 BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
 FRAME = np.eye(3)
@@ -129,6 +136,35 @@ def test_a_front_that_comes_back_into_the_body_at_its_end_leaves_it_once():
     outside = moved.points[: len(moved.points) // 2, 0] < 0
     assert np.abs(np.diff(outside.astype(int))).sum() == 1
     assert moved.points[~(moved.points[:, 0] < 1), 1] == pytest.approx(11.5)
+
+
+@pytest.mark.parametrize("step", [0.8, 1.5, 2.5])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_front_that_turns_back_outside_the_body_is_cut_off_there(step, reverse):
+    """A front slopes down to 0.45 above the face y = 0, and goes down to it at a corner of 65 degrees."""
+    x = np.linspace(0, 9.85, 60)
+    slope = np.stack([x, 0.45 + 0.35 * (9.85 - x), np.full(60, 10.0)], axis=1)
+    down = np.array([9.85, 0.45, 10.0]) + np.linspace(0, 1, 5)[1:, None] * [0.15, -0.45, 0.0]
+    points = np.concatenate([slope, down])
+    way = np.where(np.arange(64)[:, None] < 60, [-0.33, -0.944, 0.0], [-0.949, -0.316, 0.0])
+    moves = step * way
+    if reverse:
+        points, moves = points[::-1], moves[::-1]
+    old = polyline(points)
+    moved, repairs = new_front(old, moves, BOX, FRAME, 0.25)
+    assert repairs["ends"] == 1
+    places = np.concatenate([points, moved.points])
+    ids = np.arange(len(points), len(places))
+    strip = strip_triangles(np.arange(len(points)), old.arc, ids, moved.origin)
+    turn = area_vectors(places, strip)[:, 2]
+    assert (turn > 0).all() or (turn < 0).all()  # no triangle is folded over
+
+
+def test_a_short_front_that_turns_back_and_leaves_the_body_whole_is_not_cut():
+    points = np.linspace([0.0, 1.7, 10.0], [1.7, 0.0, 10.0], 9)
+    moves = 2 * ([-0.5, -0.5, 10.0] - points)
+    moved, repairs = new_front(polyline(points), moves, BOX, FRAME, 0.25)
+    assert repairs["ends"] == 0 and len(moved.points) >= len(points)
 
 
 @pytest.mark.parametrize("drift", [0.5, -0.5])
