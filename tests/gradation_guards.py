@@ -159,6 +159,21 @@ def ears(surface: Surface) -> int:
     return int((at_front[edges].all(axis=1) & (on_crack > 1)).sum())
 
 
+def chords(surface: Surface) -> int:
+    """Return the number of edges off the crack that join two of its nodes and run along their facets."""
+    edges, of = edge_table(surface.facets)
+    crack, points = surface.facets[surface.kind == CRACK], surface.points
+    off = _facets_on(of[surface.kind == CRACK], len(edges)) == 0
+    found = edges[off & np.isin(edges, crack).all(axis=1)]
+    middles, length = (
+        points[found].mean(axis=1),
+        np.linalg.norm(np.diff(points[found], axis=1)[:, 0], axis=1),
+    )
+    at_ends = [crack[np.isin(crack, edge).any(axis=1)] for edge in found]
+    near = [from_facets(middle[None], points, own)[0][0] for middle, own in zip(middles, at_ends)]
+    return int((np.array(near) < 0.149 * length).sum())
+
+
 def _facets_on(of: np.ndarray, count: int) -> np.ndarray:
     """Return how many of the facets with edges `of` (m, 3) lie on each of `count` edges."""
     return np.bincount(of.ravel(), minlength=count)
@@ -190,7 +205,7 @@ def _crack_distances(before, after, sizing) -> dict[str, float]:
 
 
 def hard_breaches(before: Surface, after: Surface) -> list[str]:
-    """Return what no tolerance excuses: topology, duplicates, intersections, the box, ears."""
+    """Return what no tolerance excuses: topology, duplicates, intersections, the box, ears, chords."""
     breaches = open_edges(after)
     if not np.isfinite(after.points).all():
         return ["points are not finite"]
@@ -203,6 +218,8 @@ def hard_breaches(before: Surface, after: Surface) -> list[str]:
     breaches += topology_breaches(before, after) + box_breaches(before, after)
     if ears(after) > ears(before):
         breaches.append(f"{ears(after)} crack edges join two front nodes, {ears(before)} before")
+    if chords(after) > chords(before):
+        breaches.append(f"{chords(after)} edges run along the crack, {chords(before)} before")
     met = intersections(after.points, after.facets)
     if met:
         breaches.append(f"{len(met)} pairs intersect, first {met[0]}")

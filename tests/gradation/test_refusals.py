@@ -10,6 +10,7 @@ from unchanged import OPEN, frozen
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
 from craftmesh.gradation.kernels.result_codes import (
     ANGLE,
+    CHORD,
     CONSTRAINT,
     DISTANCE,
     DONE,
@@ -50,6 +51,10 @@ class Case(NamedTuple):
 
 
 QUAD = [[0, 1, 2], [0, 2, 3]]
+# A grain boundary around vertex 0, two vertices of crack facets below it, and two above it.
+BOUNDARY = fan(5).facets.tolist()
+AROUND = np.concatenate([fan(5).points, [[0.0, 0.9, -0.2], [0, -0.5, -0.2], [-2, 0, 1], [-2, 0, 2]]])
+OF_CRACKS = [(1, 2)] * 5 + [(1, 1)] * 2, [INTERFACE] * 5 + [CRACK] * 2
 COLLAPSES = {
     "across a patch from line to line": Case(sheet(QUAD), (0, 2), False, JUNCTION),
     "and lines that meet nowhere": Case(sheet(QUAD), (0, 2), True, JUNCTION),
@@ -83,6 +88,15 @@ COLLAPSES = {
         sheet(CONTACTS[:5] + [[4, 6, 7]], CONTACT_SIDES), (0, 1), True, NORMAL, STRICT
     ),
     "from inside the crack onto its front": Case(fan(5, sides=(1, 1), kind=CRACK), (1, 0), False, EAR),
+    "that would join crack vertices along the crack": Case(
+        sheet([*BOUNDARY, [1, 6, 7], [3, 8, 9]], *OF_CRACKS, AROUND), (1, 0), False, CHORD
+    ),
+    "that joins them far off the crack": Case(
+        sheet([*BOUNDARY, [1, 8, 9], [3, 8, 9]], *OF_CRACKS, AROUND), (1, 0), False, NORMAL, STRICT
+    ),
+    "that joins them on an edge that is there": Case(
+        sheet([*BOUNDARY, [1, 6, 7], [2, 8, 9]], *OF_CRACKS, AROUND), (1, 0), False, NORMAL, STRICT
+    ),
     "that leaves a crack of one facet": Case(
         fan(3, sides=(1, 1), kind=CRACK), (1, 0), False, NORMAL, STRICT
     ),
@@ -139,12 +153,20 @@ def test_a_collapse_without_the_room_to_check_it_is_refused(room, reason):
 RHOMBUS = [[-2, 0, 0], [2, 0, 0], [0, 1, 0], [0, -1, 0]]
 BENT = [[-2, 0, 0], [2, 0, 0], [0, 1, 1], [0, -1, 1], [0, 3, 1]]
 PAIR = [[2, 0, 1], [3, 1, 0]]
+APART = [*RHOMBUS, [-0.5, -0.8, -0.2], [0.5, -0.8, -0.2], [0, -2, 1], [0, -2, 2]]
 SWAPS = {
     "free": (sheet(PAIR, points=RHOMBUS), {}, DONE),
     "facets turned against each other": (sheet([[2, 0, 1], [3, 0, 1]], points=RHOMBUS), {}, NO_NEED),
     "two patches": (sheet(PAIR, [(1, 2), (1, 3)], points=RHOMBUS), {}, NO_NEED),
     "new edge there already": (sheet([*PAIR, [2, 3, 4]], points=[*RHOMBUS, [0, 0, 5]]), {}, LINK),
     "from front to front": (sheet(PAIR, (1, 1), CRACK, RHOMBUS), {}, EAR),
+    "from crack to crack": (
+        sheet(
+            [*PAIR, [2, 4, 5], [3, 6, 7]], [(1, 2)] * 2 + [(1, 1)] * 2, [INTERFACE] * 2 + [CRACK] * 2, APART
+        ),
+        {},
+        CHORD,
+    ),
     "bent": (sheet(PAIR, points=BENT[:4]), {"distance": 0.5}, DISTANCE),
     "bent crack": (
         sheet([*PAIR, [2, 1, 4], [2, 4, 0]], (1, 1), CRACK, BENT * np.array([1, 1, 0.2])),

@@ -13,13 +13,14 @@ from craftmesh.gradation.kernels.collapse_rules import (
     end_on_box_edge,
     grains_touch,
     link_refusal,
+    makes_chord,
     makes_ear,
     movable_end,
 )
 from craftmesh.gradation.kernels.cones import drift_allows, grain_cones, keep_volumes
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
-from craftmesh.gradation.kernels.result_codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, VOLUME
+from craftmesh.gradation.kernels.result_codes import CHORD, DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, VOLUME
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets
 from craftmesh.jit import lean_kernel
@@ -79,6 +80,8 @@ def collapse(state, grid, limits, a, b, halfway, drift):
     """
     if makes_ear(state, a, b):
         return EAR
+    if makes_chord(state, a, b):
+        return CHORD
     star = _star_of_merging(state, a, b, halfway)
     if star.moved < 0:
         return LINK

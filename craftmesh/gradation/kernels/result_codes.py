@@ -8,7 +8,7 @@ DONE = -1
 NO_NEED = -2
 # Reasons of refusal, and their names in the report.
 JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, GRAIN_CONTACT = range(5)
-ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION, WEDGE = range(5, 13)
+ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, CHORD, INTERSECTION, WEDGE = range(5, 14)
 REFUSALS = {
     JUNCTION: "junction",
     CONSTRAINT: "constraint",
@@ -21,6 +21,7 @@ REFUSALS = {
     DISTANCE: "distance",
     VOLUME: "volume",
     EAR: "ear",
+    CHORD: "chord",
     INTERSECTION: "intersection",
     WEDGE: "wedge",
 }

@@ -4,9 +4,20 @@ from collections import namedtuple
 
 import numpy as np
 
+from craftmesh.gradation.kernels.collapse_rules import is_along_crack
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.guards import attempt
-from craftmesh.gradation.kernels.result_codes import DISTANCE, DONE, EAR, LINK, NO_NEED, ON_FRONT, counted
+from craftmesh.gradation.kernels.result_codes import (
+    CHORD,
+    DISTANCE,
+    DONE,
+    EAR,
+    LINK,
+    NO_NEED,
+    ON_CRACK,
+    ON_FRONT,
+    counted,
+)
 from craftmesh.gradation.kernels.rings import edge_facets, third_corner
 from craftmesh.gradation.kernels.star import Star
 from craftmesh.jit import kernel, lean_kernel
@@ -108,8 +119,12 @@ def swap(state, grid, limits, quad):
         return NO_NEED
     if edge_facets(state.facets, state.first, state.after, quad.u, quad.v)[0] > 0:
         return LINK
-    if state.patch_crack[state.patch[quad.f]] and state.flags[quad.u] & state.flags[quad.v] & ON_FRONT:
-        return EAR
+    both = state.flags[quad.u] & state.flags[quad.v]
+    if state.patch_crack[state.patch[quad.f]]:
+        if both & ON_FRONT:
+            return EAR
+    elif both & ON_CRACK and is_along_crack(state, quad.u, quad.v):
+        return CHORD
     star = _star_of_swap(state, quad)
     if not _stays_near(state, limits, quad, star.size):
         return DISTANCE
