@@ -32,6 +32,7 @@ BAR, GOOD = "#3b6ea5", "#2e8b57"  # both stand out from a white page and from a 
 STYLES = ("-", "--", ":", "-.")  # line styles of the fronts of one crack
 BAND = 0.2  # opacity of bands
 ROOM = 0.15  # space above and below reliable values with their errors, relative to the range of these
+SPAN = 20  # K_I is drawn on a logarithmic scale if the largest is over this many times the least
 
 
 class Converged(NamedTuple):
@@ -135,7 +136,8 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") ->
 
     rows: columns of sif.csv by increment name; unit: of K. There is no chart of a column that an increment
     lacks. The arc length s is divided by each front's largest s. Lines join reliable nodes, in a band of
-    the error of K. Other nodes are open marks; marks beyond the axes are not shown.
+    the error of K. Other nodes are open marks; marks beyond the axes are not shown. The scale of K_I is
+    logarithmic where `_scaled` says so.
     """
     keys = ("K_I", "K_II", "K_III", "kink_angle")
     return [
@@ -164,8 +166,22 @@ def _along_front(key: str, rows: Mapping[str, Mapping[str, np.ndarray]], unit: s
     known = np.concatenate(reliable)
     if len(known) and np.ptp(known) > 0:
         room = ROOM * np.ptp(known)
-        axes.set_ylim(known.min() - room, known.max() + room)
+        if key == "K_I" and _scaled(axes, known):
+            room = ROOM * np.array([known.min(), known.max()])
+        axes.set_ylim(np.array([known.min(), known.max()]) + np.array([-1, 1]) * room)
     return figure
+
+
+def _scaled(axes: Axes, values: np.ndarray) -> bool:
+    """Make the y axis logarithmic if `values` are positive and the largest is over SPAN times the least.
+
+    K_I of a crack that almost severs the body would flatten the curves of all other increments. Return
+    whether the axis is logarithmic.
+    """
+    if not 0 < SPAN * np.nanmin(values) < np.nanmax(values):
+        return False
+    axes.set_yscale("log")
+    return True
 
 
 def histograms(qualities: Mapping[str, Mapping]) -> list[Figure]:
@@ -254,6 +270,8 @@ def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> 
         figure, axes = panel(with_unit("crack size", units.get("length", "")), label)
         axes.fill_between(sizes, low, high, color=BAR, alpha=BAND, lw=0)
         axes.plot(sizes, middle, "o-", color=BAR, markersize=4)
+        if key == "K_I":
+            _scaled(axes, middle)
         figures.append(figure)
     return figures
 

@@ -192,7 +192,7 @@ def outcome(case: Case) -> str:
     found = [(one.name, trust_of(one.front).doubted) for one in case.increments if one.front is not None]
     doubts = [f"Increment {name}: {doubted_sentence(fronts)}." for name, fronts in found if fronts]
     repairs = [
-        f"Growth from increment {one.name}: {REPAIRS[name]} ({count} times)."
+        f"Growth from increment {one.name}: {REPAIRS[name]}{f' ({count} times)' * (count > 1)}."
         for one in case.increments
         for name, count in (one.growth or {}).get("repairs", {}).items()
     ]

@@ -85,6 +85,19 @@ def test_lines_join_reliable_nodes_within_the_band_of_the_error_and_others_are_o
     assert low < kept.min() - 0.1 and high > kept.max() + 0.1
 
 
+def test_k_that_grows_many_times_over_leaves_the_curves_before_it_apart():
+    """Curves of K, 2 K and 1000 K lie apart; the scale of K, 2 K and 3 K stays linear."""
+    one = intensities(0.0)["000"] | {"K_I": np.full(20, 5.0)}
+    for last, scale in ((3, "linear"), (1000, "log")):
+        rows = {f"{n:03d}": one | {"K_I": n * one["K_I"]} for n in (1, 2, last)}
+        figure, *_, angle = along_front(rows)
+        axes = figure.axes[0]
+        assert axes.get_yscale() == scale and angle.axes[0].get_yscale() == "linear"
+        places = axes.transData.transform([(0.5, 5.0 * n) for n in (1, 2, last)])
+        height = axes.transAxes.inverted().transform(places)[:, 1]
+        assert (np.diff(height) > 0.05).all() and 0 < height[0] and height[-1] < 1
+
+
 def test_each_histogram_is_a_panel_of_its_own():
     one = {"edges": [1, 2, None], "counts": [3, 1]}
     quality = {"histograms": dict.fromkeys(("aspect_ratio", "dihedral_min", "dihedral_max"), one)}

@@ -1,6 +1,8 @@
 """The ways into the workflow: both Snakefiles, a module of three lines, and what each of them runs."""
 
+import re
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -83,3 +85,14 @@ def test_missing_package_is_one_line(tmp_path, run_snakemake):
 def test_snakemakes_linter_finds_nothing(tmp_path, run_snakemake):
     run = run_snakemake(tmp_path, "--lint", "-s", str(WORKFLOW))  # the root's: make lint
     assert run.status == 0 and "Lints for" not in run.text, run.text
+
+
+@pytest.mark.parametrize(("flags", "limit"), [((), None), (("--max-jobs-per-timespan", "50/1s"), 50)])
+def test_starts_of_jobs_have_no_limit_but_the_users(flags, limit, new_folder, idle_python):
+    """Under a limit each started job adds a timer that asks the scheduler each second from then on."""
+    asked = ("--cores", "1", "--verbose", "--until", "generate", *flags)
+    run = new_folder(python=idle_python).snakemake(*asked)
+    assert run.status == 0, run.text
+    after = re.search(r"Resources after job selection:.*'_job_count': (\d+)", run.text)
+    assert after is not None
+    assert int(after[1]) == (limit or sys.maxsize)
