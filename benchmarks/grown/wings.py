@@ -16,8 +16,6 @@ WIDTH, THICKNESS, HALF, FRICTION = 120.0, 3.0, 4.0, 0.3
 CENTRE, END = WIDTH / 2 + 0.1, (1 + 1j) / np.sqrt(2)  # of the main crack; its end is over HALF
 STRESS = (0.0, -1.0, 0.0)
 EDGE, STEP = HALF / 8, HALF / 4
-# From the third step on the path zigzags, because the kink at a step's end is several times the angle by
-# which the step is off: the pressure along the wing turns it back.
 STEPS = 2
 CONFIG = """
 generate: {{shape: [40, 2, 40], spacing: [3.0, 1.5, 3.0], grains: 1}}

@@ -40,8 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     crack = read_crack(existing(arguments.crack))
     made = "made by `craftmesh fracture --crack`"
-    words = ("flags", "stays")
-    ways = front_columns(existing(arguments.intensities), WAYS, made, ("front", "s"), RATES, words=words)
+    texts = {"words": ("flags", "stays"), "gaps": ("K_I", "T")}
+    ways = front_columns(existing(arguments.intensities), WAYS, made, ("front", "s"), RATES, **texts)
     made = "made by `craftmesh assemble --front-csv`"
     frames = front_columns(existing(arguments.front), ("node", *FRAMES), made)
     last = _last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None

@@ -18,7 +18,7 @@ class FrontStep:
     "". trusted (bool): False at points that take their move from trusted neighbours. rate: da/dN over its
     median, from which the extensions come; power: its d ln(rate) / d ln(K). da_dn: da/dN by the laws, 0 at
     points that stay; delta_k: effective Delta K in these laws; ratio: stress ratio R; driving: driving
-    force at the peak of the cycle. NaN: unknown.
+    force at the peak of the cycle; stretch: T-stress over K_I. NaN: unknown.
     """
 
     points: np.ndarray
@@ -34,14 +34,15 @@ class FrontStep:
     delta_k: np.ndarray
     ratio: np.ndarray
     driving: np.ndarray
+    stretch: np.ndarray
 
     @classmethod
     def of(cls, *first: np.ndarray, **known: np.ndarray) -> "FrontStep":
         """Return a record from its `first` fields, in order, and `known` fields by name.
 
-        Default of the other fields: trusted True, stays "", rate 1, power 0, all else NaN.
+        Default of the other fields: trusted True, stays "", rate 1, power and stretch 0, all else NaN.
         """
-        usual = {"trusted": True, "stays": "", "rate": 1.0, "power": 0.0}
+        usual = {"trusted": True, "stays": "", "rate": 1.0, "power": 0.0, "stretch": 0.0}
         names, count = [field.name for field in fields(cls)], len(first[0])
         rest = {name: np.full(count, usual.get(name, np.nan)) for name in names[len(first) :]}
         return cls(**(rest | dict(zip(names, first)) | known))

@@ -145,10 +145,14 @@ def _step(
 ) -> Step:
     """Return the step from columns (kink angles in degrees) and `known` fields of FrontStep.
 
-    Without the columns rate and power, all points have the rate 1 and the power 0.
+    Without the columns rate and power, all points have the rate 1 and the power 0. The stretch is 0 where T
+    is unknown and where the crack does not open.
     """
     if {"rate", "power"} <= ways.keys():
         known |= {name: ways[name] for name in ("rate", "power")}
+    if {"K_I", "T"} <= ways.keys():
+        opens = (ways["K_I"] > 0) & np.isfinite(ways["T"])
+        known["stretch"] = np.where(opens, ways["T"], 0.0) / np.where(opens, ways["K_I"], 1.0)
     places = (frames[name] for name in ("points", "normal", "binormal"))
     kink, extension = np.radians(ways["kink_angle"]), ways["extension"]
     return Step(crack, FrontStep.of(*places, kink, extension, **known))

@@ -71,13 +71,15 @@ def front_columns(
     made: str,
     *known: Sequence[str],
     words: Sequence[str] = (),
+    gaps: Sequence[str] = (),
 ) -> dict[str, np.ndarray]:
     """Return the arrays of a front by name, in the form that `write_front` takes.
 
     `points` (k, 3) come from x, y, z, and an array NAME (k, 3) from columns NAME_x, NAME_y, NAME_z.
     needed: numeric columns that must exist; known: groups of optional numeric columns, read if the whole
-    group exists; words: optional text columns; made: how the file is made, for errors. Raises
-    CraftmeshError for a missing file or column, and for numbers that are not finite.
+    group exists; words: optional text columns; gaps: optional numeric columns, NaN where unknown; made: how
+    the file is made, for errors. Raises CraftmeshError for a missing file or column, and for other numbers
+    that are not finite.
     """
     table = front_table(path)
     wanted = [*"xyz", *needed]
@@ -92,7 +94,9 @@ def front_columns(
     for names in known:
         if table.rows and table.has(names):
             found |= dict(zip(names, table.numbers(names).T))
-    return found | {name: np.array(table.words(name), object) for name in words if table.has([name])}
+    found |= {name: np.array(table.words(name), object) for name in words if table.has([name])}
+    partly = {name: table.column(name) for name in gaps if table.rows and table.has([name.casefold()])}
+    return found | {name: column for name, column in partly.items() if column is not None}
 
 
 def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:

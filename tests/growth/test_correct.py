@@ -9,7 +9,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.correct import LEFT, SHARE, corrected
+from craftmesh.growth.correct import corrected
 from craftmesh.growth.front_step import FrontStep, Step
 from craftmesh.growth.grow import SHORTENED, grow
 from craftmesh.growth.options import SmoothingOptions
@@ -19,7 +19,7 @@ EDGE = CrackOptions(shape="through_edge", centre=(0.0, 20.0, 20.0), radius=6.0)
 PENNY = CrackOptions(shape="penny", centre=(20.0, 20.0, 20.0), radius=6.0)
 FIT = SmoothingOptions()
 STEP, STEPS, KINK = 1.5, 5, np.radians(16.0)
-TURN = (SHARE + LEFT) * KINK  # from one step to the next
+TURN = KINK  # from one step to the next: half of a kink is corrected, and without T half is left
 
 
 def rows_of(crack, kink, ahead, extension=STEP):
@@ -73,7 +73,7 @@ def test_a_front_goes_on_from_its_corrected_place_by_what_is_left_of_the_kink():
     ways = np.degrees(
         np.arctan2(*((_ways(step.along) * axis).sum(axis=1) for axis in (along.normal, along.binormal)))
     )
-    assert ways == pytest.approx(np.degrees((SHARE + LEFT) * along.kink_angle), abs=1e-9)
+    assert ways == pytest.approx(np.degrees(along.kink_angle), abs=1e-9)
     # the strip lies in its new direction, at half of the kink; 0.01: the fit of the moves along the front
     moved = step.along.points - along.points
     assert np.abs(moved[:, 2] - STEP * np.sin(wave(along.points) / 2) * along.normal[:, 2]).max() < 0.01

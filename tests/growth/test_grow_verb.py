@@ -100,17 +100,27 @@ def heights(path):
 def test_the_strip_of_the_step_before_is_turned_by_half_of_the_kinks_at_its_end(second, tmp_path):
     report = second(20.0)
     assert report["corrected"] == pytest.approx([10.0, 10.0])
-    first, then = np.sin(np.radians(10)), np.sin(np.radians(15))
+    first, then = np.sin(np.radians(10)), np.sin(np.radians(20))
     assert heights(tmp_path / "grown.vtp") == pytest.approx([0, first, first + then], abs=1e-6)
     base = read_crack(tmp_path / "base2.vtp")
     assert np.abs(base.points[base.fronts[0]][:, 2] - 6) == pytest.approx(first, abs=1e-6)
     # what is written is what the next one reads: the frames lie in the strip as it is now
     columns = read_front(tmp_path / "step2.csv")
-    assert columns["kink_angle"] == pytest.approx(5.0) and columns["trusted"].all()
+    assert columns["kink_angle"] == pytest.approx(10.0) and columns["trusted"].all()
     assert np.abs(columns["binormal_z"]) == pytest.approx(np.sin(np.radians(10)))
     kept = (tmp_path / "grown.vtp").read_bytes()
     second(20.0)
     assert (tmp_path / "grown.vtp").read_bytes() == kept
+
+
+# of a step of 1: 1 - 2 sqrt(8 / pi) T / K_I times the angle off the path is the kink
+@pytest.mark.parametrize(
+    ("t", "turned", "left"), [(-0.1, 10.0, 6.8085), (-0.9, 5.165, 0.0), (np.nan, 10.0, 10.0)]
+)
+def test_the_stress_along_the_crack_says_how_far_a_step_was_off(second, tmp_path, t, turned, left):
+    report = second(20.0, K_I=np.ones(11), T=np.full(11, t))
+    assert report["corrected"] == pytest.approx([turned, turned], abs=0.01)
+    assert read_front(tmp_path / "step2.csv")["kink_angle"] == pytest.approx(left, abs=0.01)
 
 
 def test_the_strip_behind_rows_that_stay_is_turned_too(second, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from craftmesh.cracks.polyline import feet, polyline
-from craftmesh.growth.correct import LEFT, SHARE
+from craftmesh.growth.correct import SHARE
 from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest, smoothed
 from craftmesh.growth.new_front import (
@@ -262,7 +262,7 @@ def one_step(rows, step):
     one = np.eye(rows)
     kink = np.hstack([-back, -one - back])
     place, move = np.hstack([one, 0 * one]), np.hstack([0 * one, one])
-    return np.vstack([place + fit @ (move + SHARE * kink), fit @ (move + (SHARE + LEFT) * kink)])
+    return np.vstack([place + fit @ (move + SHARE * kink), fit @ (move + kink)])
 
 
 @pytest.mark.parametrize("rows", [4, 6, 11, 31])
