@@ -14,7 +14,7 @@ EDGE, RADIUS, GROWN = 40, 6.0, 5
 CENTRE = np.array([20.2, 19.8, 20.1])
 DEGREES = 30.0
 LENGTH, STEP = 0.75, 1.5  # an eighth and a quarter of the radius
-MOST_OFF, MOST_MODE_II = 0.05, 0.02  # found: 0.042 edges, 0.010
+MOST_OFF, MOST_MODE_II = 0.05, 0.02  # found: 0.027 edges, 0.012
 CONFIG = """
 generate: {{shape: [{edge}, {edge}, {edge}], grains: 8}}
 sizing: {{l0: {l0}, l_min: {length}, l_max: 8.0, r0: 3.0, r1: 12.0}}

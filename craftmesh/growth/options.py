@@ -211,7 +211,8 @@ class CorrectionOptions(Options):
     """Option to correct the last step, so that it follows the chord of the path, not its first tangent."""
 
     correct: bool = option(
-        True, "before each new strip, lay the last one again, turned by half of the kink found at its end"
+        True,
+        "before each new strip, lay the last one again, turned by up to half of the kink found at its end",
     )
 
 
