@@ -15,6 +15,7 @@ from craftmesh.io.vtk import read_body, read_crack, write_crack
 WAYS = ("node", "kink_angle", "extension")
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
 RATES = ("rate", "power")
+WORDS, GAPS = ("flags", "stays"), ("K_I", "T")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,8 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     crack = read_crack(existing(arguments.crack))
     made = "made by `craftmesh fracture --crack`"
-    texts = {"words": ("flags", "stays"), "gaps": ("K_I", "T")}
-    ways = front_columns(existing(arguments.intensities), WAYS, made, ("front", "s"), RATES, **texts)
+    known = (("front", "s"), RATES)
+    ways = front_columns(existing(arguments.intensities), WAYS, made, *known, words=WORDS, gaps=GAPS)
     made = "made by `craftmesh assemble --front-csv`"
     frames = front_columns(existing(arguments.front), ("node", *FRAMES), made)
     last = _last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None

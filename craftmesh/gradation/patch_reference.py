@@ -8,7 +8,7 @@ from craftmesh.cracks.near_sheet import closest_points_on_triangles
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.guarded_move import RESTORING, guarded_move
-from craftmesh.surface.measure import nearest_facet
+from craftmesh.surface.measure import nearest_facet, shortened
 from craftmesh.surface.patches import oriented
 from craftmesh.types import INTERFACE, Surface
 
@@ -20,11 +20,12 @@ MEANS = 3
 
 
 def put_on_patches(surface: Surface, reference: Surface, sizing: Lengths) -> Surface:
-    """Return `surface` with the vertices of grain boundaries and voids moved onto those of `reference`.
+    """Return `surface` with its vertices on grain boundaries and voids moved onto those of `reference`.
 
-    A vertex comes onto the facets of `reference` between the same two labels, on a junction line or at a
-    junction as close as possible to all of them. Vertices of the crack and of the border stay, box planes
-    are kept, and no facet breaks the bounds RESTORING.
+    A vertex moves onto the facets of `reference` that lie between the same two labels. A vertex on a
+    junction line or at a junction moves as close as possible to the facets of all its pairs of labels.
+    Vertices of the crack and of the border stay. Vertices on box planes stay on them. No facet breaks the
+    bounds RESTORING.
     """
     free, places = Classification(surface).free, surface.points
     own, given = _boundaries(surface), _boundaries(reference)
@@ -36,9 +37,8 @@ def put_on_patches(surface: Surface, reference: Surface, sizing: Lengths) -> Sur
             total[rows] += closest_points_on_triangles(places[rows], reference.points[facets[nearest]])[0]
             count[rows] += 1
         places = np.where(free & (count > 0), total / np.maximum(count, 1), places)
-    way = places - surface.points
-    off = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
-    places = surface.points + way * np.minimum(1.0, REACH * sizing.at(surface.points) / off)[:, None]
+    reach = REACH * sizing.at(surface.points)
+    places = surface.points + shortened(places - surface.points, reach)
     return replace(surface, points=guarded_move(surface, places, RESTORING)[0])
 
 

@@ -9,7 +9,7 @@ from craftmesh.gradation.passes import Gradation
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
-from craftmesh.surface.measure import edge_lengths, facet_angles, side_volumes, volume_drift
+from craftmesh.surface.measure import edge_lengths, facet_angles, volume_drift, volumes_of
 from craftmesh.surface.patches import feature_edges
 from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import Surface
@@ -85,7 +85,7 @@ def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:
 
     The keys are mean, max and grain; all are 0 without volumes.
     """
-    after = side_volumes(result.points, result.facets, result.sides)
+    after = volumes_of(result)
     drift = {grain: abs(part) for grain, part in volume_drift(before, after).items()}
     if not drift:
         return {"mean": 0.0, "max": 0.0, "grain": 0}

@@ -17,7 +17,7 @@ from craftmesh.gradation.kernels.result_codes import ON_BORDER, ON_CRACK, ON_FRO
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.corner_lists import link_all
-from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.measure import volumes_of
 from craftmesh.surface.patches import oriented
 from craftmesh.types import BORDER, CRACK, Crack, Surface
 
@@ -181,7 +181,7 @@ def _with_spare_row(array: np.ndarray) -> np.ndarray:
 
 def _guards(surface: Surface, mesh: Mesh, given: Crack | None) -> Guards:
     n, m = len(mesh.points), len(mesh.facets)
-    volume = np.abs([*side_volumes(surface.points, surface.facets, surface.sides).values()])
+    volume = np.abs([*volumes_of(surface).values()])
     return Guards(
         reference=np.zeros((m, 3)),
         home=mesh.points.copy(),

@@ -91,9 +91,9 @@ class ModelOptions(Options):
     )
     temperature: str = option(
         "",
-        "csv or .vtu of the temperature change in the body: columns temperature and those of x,y,z along "
-        "which it varies. Eigenstrains are then per degree, such as a coefficient of thermal expansion. It "
-        "is continuous across cracks",
+        "csv or .vtu of the temperature change in the body. A csv has the column temperature, and those of "
+        "x,y,z along which the temperature varies. Eigenstrains are then per degree, such as a coefficient "
+        "of thermal expansion. The temperature is continuous across cracks",
     )
     quarter_points: bool | None = option(
         None,

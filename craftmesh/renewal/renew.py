@@ -25,7 +25,7 @@ from craftmesh.renewal.put_back import put_back
 from craftmesh.renewal.region import changed_tets, widened
 from craftmesh.renewal.whole import Whole, grain_tets_of, whole_of_mesh
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.measure import volumes_of
 from craftmesh.tetrahedra.interior_points import lattice_cell
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.volume import fill_grains, mesh_volume, optimised_volume
@@ -206,8 +206,8 @@ def _filled(
             f"the renewed crack would be {inserted['crack_off_times']:.2g} times farther off the given "
             "crack than is promised"
         )
-    now, wanted = (_volumes(one) for one in (whole.surface, surface))
-    own = _volumes(part.surface)
+    now, wanted = (volumes_of(one) for one in (whole.surface, surface))
+    own = volumes_of(part.surface)
     targets = {k: own[k] + wanted[k] - now[k] for k in own if k in wanted and k in now}
     targets = {k: volume for k, volume in targets.items() if volume > 0}
     fitted, _ = gradate(cut, sizing, options.gradate, volumes=targets, crack=crack, boundaries=surface)
@@ -231,7 +231,7 @@ def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> N
             f"{poor} tetrahedra of the renewed part would be poor (shape factor under 0.02 or a dihedral "
             "angle under 10 or over 160 degrees)"
         )
-    now, wanted = (_volumes(one) for one in (renewed.surface, surface))
+    now, wanted = (volumes_of(one) for one in (renewed.surface, surface))
     drift = {k: abs(now.get(k, 0.0) / volume - 1) for k, volume in wanted.items() if volume > 0}
     grain = max(drift, key=lambda k: drift[k])
     if drift[grain] > options.gradate.volume_tolerance:
@@ -239,8 +239,3 @@ def _refuse_broken(renewed: Whole, surface: Surface, options: StageOptions) -> N
             f"the volume of grain {grain} would differ by {drift[grain]:.1%} from the remeshed surface's; "
             f"expected at most {options.gradate.volume_tolerance:.1%}"
         )
-
-
-def _volumes(surface: Surface) -> dict[int, float]:
-    """Return the volume of each grain k and void k, the latter with key -k."""
-    return side_volumes(surface.points, surface.facets, surface.sides)

@@ -6,7 +6,7 @@ from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import open_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, is_degenerate, side_volumes
+from craftmesh.surface.measure import area_vectors, is_degenerate, volumes_of
 from craftmesh.surface.patches import PLANES, is_on_box
 from craftmesh.types import BORDER, BOX_PLANES, CRACK, Surface
 
@@ -30,7 +30,7 @@ def refuse_open(surface: Surface) -> dict[int, float]:
 
     Raises CraftmeshError unless each grain's facets are closed and face outward around a volume > 0.
     """
-    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    volumes = volumes_of(surface)
     breaches = _closedness(surface) or _no_volumes(volumes)
     if breaches:
         raise CraftmeshError(f"{breaches[0]}; expected closed boundaries that face out of their grains")
@@ -121,7 +121,7 @@ def _closedness(surface: Surface) -> list[str]:
 
 
 def _volumes(surface: Surface) -> list[str]:
-    return _no_volumes(side_volumes(surface.points, surface.facets, surface.sides))
+    return _no_volumes(volumes_of(surface))
 
 
 def _no_volumes(volumes: dict[int, float]) -> list[str]:

@@ -8,6 +8,7 @@ import scipy
 from craftmesh.surface.kernels.distances import nearest_facets
 from craftmesh.surface.kernels.facet_measures import angles_of, area_vectors_of, volumes_from
 from craftmesh.surface.rounding import ROUNDING
+from craftmesh.types import Surface
 
 FLAT = 1e-10  # ratio of area to squared longest edge up to which a facet is degenerate
 
@@ -117,6 +118,11 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     return {int(k): float(v) for k, v in zip(labels, volume) if k}
 
 
+def volumes_of(surface: Surface) -> dict[int, float]:
+    """Return the volumes of a surface's grains k and voids -k, as `side_volumes` does."""
+    return side_volumes(surface.points, surface.facets, surface.sides)
+
+
 def enclosed(points: np.ndarray, facets: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
     """Return the volumes (count,) that labels enclose; place (m, 2): index of each facet's two labels."""
     swept = swept_volumes(points, facets)
@@ -130,6 +136,17 @@ def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dic
     A label missing in `after` has a drift of -1; a label with volume 0 before has the drift 0.
     """
     return {k: after.get(k, 0.0) / volume - 1 if volume else 0.0 for k, volume in before.items()}
+
+
+def worst_drift(before: Mapping[int, float], after: Mapping[int, float]) -> float:
+    """Return the size of the largest `volume_drift`, 0 without labels."""
+    return max(map(abs, volume_drift(before, after).values()), default=0.0)
+
+
+def shortened(moves: np.ndarray, reach: np.ndarray | float) -> np.ndarray:
+    """Return moves (n, 3) in their directions, none longer than reach (n,)."""
+    size = np.maximum(np.linalg.norm(moves, axis=1), 1e-300)
+    return moves * np.minimum(1.0, reach / size)[:, None]
 
 
 def span_of(points: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.guarded_move import PATIENCE, vertices_around
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, volume_drift
+from craftmesh.surface.measure import is_degenerate, mean_edges, volumes_of, worst_drift
 from craftmesh.surface.smoothing import lapped, smoothing_neighbours
 from craftmesh.types import Surface
 
@@ -65,14 +65,13 @@ def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray
     moves = np.linalg.norm(after.points - before.points, axis=1)
     moved = np.flatnonzero(moves)
     edges = mean_edges(after.points, unique_edges(after.facets)[0])
-    volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
-    drift = volume_drift(*volumes)
+    volumes = [volumes_of(s) for s in (before, after)]
     return report | {
         "facets": np.flatnonzero(first)[:MAX_NAMED].tolist(),
         "grains": grains[grains > 0].tolist(),
         "points_moved": len(moved),
         "largest_move": float(moves.max()),
         "largest_move_edges": float((moves[moved] / edges[moved]).max(initial=0.0)),
-        "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
+        "volume_drift_worst": worst_drift(*volumes),
         "faults_left": int(left.sum()),
     }

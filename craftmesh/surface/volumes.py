@@ -14,7 +14,7 @@ from craftmesh.surface.classification import Classification
 from craftmesh.surface.guarded_move import MoveBounds, guarded_move
 from craftmesh.surface.kernels.corner_lists import corner_lists
 from craftmesh.surface.kernels.gradients import around_points, volume_gradients
-from craftmesh.surface.measure import enclosed
+from craftmesh.surface.measure import enclosed, shortened
 from craftmesh.types import Surface
 
 # Largest move of a vertex in one correction, relative to the mean length of its edges.
@@ -60,8 +60,7 @@ def restore_volumes(
         way += _displacement(
             np.array(now.points), facets, lists, rows, -drift * target, free & ~held[:, None]
         )
-        far = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
-        places = surface.points + way * np.minimum(1.0, reach / far)[:, None]
+        places = surface.points + shortened(way, reach)
         points, held = move(now, places)
         now = replace(surface, points=points)
         drift = enclosed(points, facets, rows + 1, len(target) + 1)[1:] / target - 1
@@ -135,5 +134,4 @@ def _displacement(
         scipy.sparse.linalg.spsolve((system + scipy.sparse.diags_array(lift)).tocsc(), missing)
     )
     displacement = ways * np.stack([gradient(k) @ pressure for k in range(3)], axis=1)
-    size = np.linalg.norm(displacement, axis=1)
-    return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]
+    return shortened(displacement, STEP * reach)

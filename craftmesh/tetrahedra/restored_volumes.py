@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from craftmesh.surface.connectivity import corners_of, lowest_equal_point, touching, unique_edges
-from craftmesh.surface.measure import mean_edges, side_volumes, volume_drift
+from craftmesh.surface.measure import mean_edges, volumes_of, worst_drift
 from craftmesh.surface.volumes import restore_volumes
 from craftmesh.tetrahedra.kernels.tet_objective import SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import COMBINED_QUALITY, all_qualities
@@ -26,7 +26,8 @@ def with_volumes(model: Model, wanted: Mapping[int, float]) -> Model:
     points stay. No tetrahedron falls below the quality SOUND_FROM, or below its own if that is less. The
     model is returned unchanged if the largest drift would not decrease.
     """
-    surface, drift = model.surface, _worst(model.surface, wanted)
+    surface = model.surface
+    drift = worst_drift(wanted, volumes_of(surface))
     if drift <= TOLERATED:
         return model
     lowest = lowest_equal_point(surface.points)
@@ -47,18 +48,12 @@ def with_volumes(model: Model, wanted: Mapping[int, float]) -> Model:
 
     targets = {label: volume for label, volume in wanted.items() if volume > 0}
     restored, _ = restore_volumes(surface, targets, guarded, reach=reach)
-    if _worst(restored, wanted) >= drift:
+    if worst_drift(wanted, volumes_of(restored)) >= drift:
         return model
     rows, quality = _qualities(model, restored.points)
     qualities = model.quality.copy()
     qualities[rows] = quality
     return model.moved(_with_surface(model, restored.points), qualities)
-
-
-def _worst(surface: Surface, wanted: Mapping[int, float]) -> float:
-    """Return the largest size of the relative differences between a surface's volumes and `wanted`."""
-    drift = volume_drift(wanted, side_volumes(surface.points, surface.facets, surface.sides))
-    return max(map(abs, drift.values()), default=0.0)
 
 
 def _with_surface(model: Model, points: np.ndarray) -> np.ndarray:

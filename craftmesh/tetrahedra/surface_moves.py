@@ -15,7 +15,7 @@ from craftmesh.surface.connectivity import (
     layers_around,
     lowest_equal_point,
 )
-from craftmesh.surface.measure import area_vectors, numbered, side_volumes, volume_drift
+from craftmesh.surface.measure import area_vectors, numbered, volumes_of, worst_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, hold_pinched, new_scratch
 from craftmesh.tetrahedra.kernels.tet_means import mean_edges
 from craftmesh.tetrahedra.kernels.tet_objective import SOUND_FROM
@@ -177,7 +177,7 @@ def given_way(model: Model) -> GivenWay:
         state.label[live],
         state.quality[live],
     )
-    found = with_volumes(found, _volumes(model))
+    found = with_volumes(found, volumes_of(model.surface))
     report = _report(model, found, before, shape_measures(state.points, state.tets[live]))
     return GivenWay(found, report, _warning(report))
 
@@ -195,7 +195,7 @@ def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndar
     across = side[:, 0] != side[:, 1]
     square = (area * swept[facets].sum(axis=1) / 3)[across] ** 2
     change = np.sqrt(sum(np.bincount(s[across], square, len(labels)) for s in side.T))
-    volume = side_volumes(surface.points, surface.facets, surface.sides)
+    volume = volumes_of(surface)
     most = MOST_DRIFT * np.array([abs(volume.get(int(k), np.inf)) for k in labels])
     part = np.minimum(1.0, most / np.maximum(change, 1e-300))
     result = np.ones(len(surface.points))
@@ -206,7 +206,6 @@ def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndar
 def _report(model: Model, found: Model, before: np.ndarray, after: np.ndarray) -> dict:
     surface = found.surface
     moves = np.linalg.norm(surface.points - model.surface.points, axis=1)
-    drift = volume_drift(_volumes(model), _volumes(found))
     counts = {
         f"{name}_{when}": int(is_bad(measures).sum())
         for name, is_bad in (("flat", is_flat), ("poor", is_poor), ("stretched", is_stretched))
@@ -215,13 +214,8 @@ def _report(model: Model, found: Model, before: np.ndarray, after: np.ndarray) -
     return counts | {
         "surface_points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
-        "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
+        "volume_drift_worst": worst_drift(volumes_of(model.surface), volumes_of(found.surface)),
     }
-
-
-def _volumes(model: Model) -> dict[int, float]:
-    surface = model.surface
-    return side_volumes(surface.points, surface.facets, surface.sides)
 
 
 def _warning(report: dict) -> str | None:

@@ -16,7 +16,7 @@ from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.labels import labels_at
-from craftmesh.surface.measure import side_volumes, volume_drift
+from craftmesh.surface.measure import volume_drift, volumes_of
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.meshers import MesherRefusal
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
@@ -178,7 +178,7 @@ def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray,
 
 def _drift(before: Surface, after: Surface) -> dict:
     """Return the largest relative change of a grain's volume, and the grain's id, for the report."""
-    volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
+    volumes = [volumes_of(s) for s in (before, after)]
     drift = {grain: abs(part) for grain, part in volume_drift(*volumes).items()}
     worst = max(drift, key=lambda grain: drift[grain])
     return {"volume_drift_worst": drift[worst], "volume_drift_grain": worst}
